@@ -7,7 +7,7 @@ import pytest
 
 from tribrach.comparison.c2c import SAMPLING
 from tribrach.comparison.surface_patches import Patches, edges_of
-from tribrach.job.cloud_file import one_run, open_cloud, station_pair
+from tribrach.job.cloud_file import CloudFile, one_run, open_cloud, station_pair
 from tribrach.job.compare import Registration, compare_clouds
 from tribrach.questions.compare.motions import MotionCollector
 from tribrach.units import SEC
@@ -61,6 +61,34 @@ def test_a_plane_that_sank_is_not_called_sampling(shared_data: Path, method: str
     (same,) = compare_clouds(b, b, method=method)  # type: ignore[arg-type]
     assert same.c2c is not None
     assert SAMPLING in same.c2c.notes
+
+
+def room(folder: Path, name: str, seed: int, risen: float = 0.0, shift: float = 0.0) -> CloudFile:
+    """Floor and two walls of a room, 2 mm of noise; a slab of the floor rose, all is shifted."""
+    rng = np.random.default_rng(seed)
+    x, y, z = rng.uniform(0, 6, (3, 8_000)) * [[1], [1], [0.5]]
+    flat = rng.normal(0, 0.002, (3, 8_000))
+    slab = (abs(x - 3) < 1.3) & (abs(y - 2.5) < 1.0)
+    faces = ((x, y, flat[0] + risen * slab), (x, 6 + flat[1], z), (flat[2], y, z))
+    np.savetxt(folder / name, np.concatenate([np.stack(f, axis=1) for f in faces]) + shift, "%.5f")
+    return open_cloud(folder / name)
+
+
+def test_what_moved_in_clouds_of_others(tmp_path: Path) -> None:
+    """Nothing but a sigma of the registration is known: a slab is found, a shift is none."""
+    earlier = room(tmp_path, "e.xyz", 1)
+    later = room(tmp_path, "l.xyz", 2, risen=0.02, shift=0.004)
+    known = Registration(0.005, 70 * SEC)
+    collector = MotionCollector(known)
+    found = compare_clouds(
+        later, earlier, method="m3c2", registration=known, distances=collector
+    )  # fmt: skip
+    motions = collector.motions(earlier, found, [])
+    assert motions.stable is not None
+    assert motions.stable.agrees
+    (body,) = (part for part in motions.parts if part.differs)
+    assert body.against_stable is not None
+    assert body.against_stable.values[0] == pytest.approx(0.02, abs=0.001)
 
 
 def test_levels_hold_the_registration_of_clouds_of_others(shared_data: Path) -> None:

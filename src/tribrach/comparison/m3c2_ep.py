@@ -29,7 +29,14 @@ import numpy as np
 from tribrach._types import Array, Index, Mask
 from tribrach.comparison.cloud_parts import Source, centred
 from tribrach.comparison.core_points import Normals, core_normals
-from tribrach.comparison.m3c2 import FEWEST, NORMAL_95, M3C2Settings, additive_level, checked_core
+from tribrach.comparison.m3c2 import (
+    FEWEST,
+    M3C2,
+    NORMAL_95,
+    M3C2Settings,
+    additive_level,
+    checked_core,
+)
 from tribrach.comparison.point_cells import PointCells, cylinder_ranges
 from tribrach.comparison.projection_cylinders import Cylinders
 from tribrach.comparison.station_pair import StationPair
@@ -153,6 +160,30 @@ def m3c2_ep(
         counts = np.stack(sides, axis=1)
     common = stations.registration(core) + stations.angles(core)
     return M3C2EP(core, normals, one, two, counts, common)
+
+
+def by_scatter(found: M3C2, stations: StationPair) -> M3C2EP:
+    """Distances of clouds of which nothing but how they lie is known: their points scatter.
+
+    What scatters twice as much as half of the cylinders counts as edge or plant.
+    """
+    normals = found.normals.vectors
+    plane = np.einsum("mi,mj->mij", normals, normals)
+    sides = []
+    for one in (found.first, found.second):
+        with np.errstate(invalid="ignore", divide="ignore"):
+            covariance = (one.spread**2 / one.count)[:, None, None] * plane
+        usual = np.full(
+            len(plane), np.median(one.spread[found.usable]) if found.usable.any() else 0
+        )
+        place = found.core + normals * one.position[:, None]
+        sides.append(
+            WeightedPositions(one.count, one.position, one.spread, usual, covariance, place)
+        )
+    first, second = sides
+    counts = np.stack([first.count, second.count], axis=1).astype(float)
+    registration = stations.registration(found.core)
+    return M3C2EP(found.core, found.normals, first, second, counts, registration)
 
 
 @dataclass(frozen=True)

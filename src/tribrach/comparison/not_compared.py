@@ -75,8 +75,8 @@ def reasons_of(found: M3C2EP, pair: StationPair) -> Index:
     bare = ~np.isfinite(normals[:, 0]) | (found.first.count == 0)
     few = ~found.usable | ~np.isfinite(found.distance) | ~np.isfinite(found.sigma)
     oblique = np.zeros(len(out), dtype=bool)
-    for place in (pair.first, pair.second):
-        beam = found.core - place
+    for side in pair.sides or ():
+        beam = found.core - side.placement.pose.translation
         length = np.maximum(np.linalg.norm(beam, axis=1), 1e-9)
         cosine = np.abs(np.einsum("mi,mi->m", beam, np.nan_to_num(normals))) / length
         oblique |= cosine < np.cos(STEEPEST)

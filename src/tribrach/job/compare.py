@@ -16,7 +16,7 @@ from tribrach.comparison.cloud_parts import plain
 from tribrach.comparison.core_points import core_points
 from tribrach.comparison.footprints import beam_areas, shared_share
 from tribrach.comparison.m3c2 import M3C2Settings
-from tribrach.comparison.m3c2_ep import M3C2EP
+from tribrach.comparison.m3c2_ep import M3C2EP, by_scatter
 from tribrach.comparison.predicted import OffsetTest, Prediction, compare_offsets, predict
 from tribrach.comparison.results import WHOLE, M3C2Figures, SiteResult
 from tribrach.comparison.sites import ComparisonSite, cut, seen_from
@@ -60,6 +60,12 @@ class Registration:
         arm = places - places.mean(axis=0)
         # a turn about any axis moves along a normal by two thirds of the square at most
         return float(np.sqrt(self.shift**2 + self.turn**2 * (arm**2).sum(axis=1).mean() * 2 / 3))
+
+    def pair(self, places: Array) -> StationPair:
+        """Two clouds of which the later lies so on the earlier, turned about the middle (m, 3)."""
+        middle = places.mean(axis=0)
+        square = np.repeat([0.0, self.shift**2, self.turn**2], [6, 3, 3])
+        return StationPair(middle, middle, np.diag(square))
 
 
 @dataclass(frozen=True)
@@ -227,6 +233,8 @@ class _Work:
             found = tile_m3c2(
                 cut, core, settings, normals, engine=self.engine, progress=self.progress
             )
+            if self.distances is not None and known is not None:
+                self.distances(number, by_scatter(found, known.pair(core)))
             figures = M3C2Figures.of(found)
             unknown = (_UNKNOWN,) if known is None and stations is None else ()
             return replace(figures, notes=(*figures.notes, *unknown)), None

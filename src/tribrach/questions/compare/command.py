@@ -249,12 +249,12 @@ def compare(
         raise InputError(
             "distances with sigmas are those along normals", cure="leave --method c2c out"
         )
-    moving = MotionCollector(_known(pair, a)) if what_moved else None
+    moving = MotionCollector(stated or _known(pair, a, _OR)) if what_moved else None
     motions = None
     with ExitStack() as stack:
         sink = None
         if distances_file is not None:
-            _known(pair, a)
+            stated or _known(pair, a, _OR)
             sink = stack.enter_context(DistanceCloud(distances_file, one, two))
         found = compare_clouds(
             one,
@@ -312,14 +312,18 @@ def _refuse_for_models(
             )
 
 
-def _known(pair: StationPair | None, a: Path) -> StationPair:
-    """The stations of both clouds."""
+#: what tells of clouds of others how they lie
+_OR = ", or say --registration-mm and --registration-arcsec"
+
+
+def _known(pair: StationPair | None, a: Path, more: str = "") -> StationPair:
+    """The stations of both clouds; ``more``: what else would do."""
     if pair is None:
         raise InputError(
             "the stations of the clouds are not known with their covariance",
             file=a,
             cure="give clouds as runs wrote them, each with its poses.json and "
-            "poses_covariance.npy",
+            f"poses_covariance.npy{more}",
         )
     return pair
 

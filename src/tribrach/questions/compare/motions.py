@@ -44,6 +44,7 @@ from tribrach.comparison.surface_patches import (
     stable_patches,
 )
 from tribrach.job.cloud_file import CloudFile
+from tribrach.job.compare import Registration
 from tribrach.statistics import chi2
 
 #: of all tests, and the power that detectable motions are stated for
@@ -143,7 +144,8 @@ class CloudMotions(Result, without=("places",)):
 class MotionCollector:
     """Keeps the distances of a comparison, and says what moved when it is done."""
 
-    pair: StationPair  #: the stations of the earlier cloud B and of the later one A
+    #: the stations of the earlier cloud B and of the later one A, or how well A lies on B
+    known: StationPair | Registration
     #: number and distances of each site
     found: list[tuple[int, M3C2EP]] = field(default_factory=list)
 
@@ -173,17 +175,19 @@ class MotionCollector:
     ) -> CloudMotions:
         """What moved."""
         cells, whole, reasons = [], [], []
+        places = np.concatenate([np.empty((0, 3)), *(found.core for _, found in self.found)])
+        known = self.known
+        pair = known.pair(places) if isinstance(known, Registration) else known
         for number, found in self.found:
             figures = results[number].m3c2
             assert figures is not None
-            why = reasons_of(found, self.pair)
+            why = reasons_of(found, pair)
             cells.append(figures.cylinder)
             reasons.append(why)
             rows = why == COMPARED
-            whole.append(distances_of(found, self.pair, figures.cylinder, rows, number))
+            whole.append(distances_of(found, pair, figures.cylinder, rows, number))
         cell = float(np.median(cells)) if cells else 0.1
-        distances = _joined(whole, self.pair)
-        places = np.concatenate([np.empty((0, 3)), *(found.core for _, found in self.found)])
+        distances = _joined(whole, pair)
         only_b = _only(earlier, places, sites, cell, progress)
         compared, missed = areas_without(places, np.concatenate([_EMPTY, *reasons]), cell, only_b)
         patches = patches_of(distances, cell)
@@ -207,7 +211,7 @@ class MotionCollector:
             compared=compared,
             not_compared=missed,
             places=self._places(np.concatenate([_EMPTY, *reasons]), patches, stable, part_of),
-            given_alike=self.pair.alike,
+            given_alike=pair.alike,
             one_result=one_result,
         )
 
