@@ -57,6 +57,35 @@ def test_a_grid_job_keeps_its_grid(shared_data: Path) -> None:
     assert said.count("job.dat:") == 3
 
 
+@pytest.mark.parametrize("kind", [".2D", ".3D\n.DELTA ON"])
+def test_distances_on_the_grid(tmp_path: Path, kind: str) -> None:
+    """Distances of plane coordinates give back the coordinates; as measured they are 0.6 m off."""
+    place = {"A": (0, 0), "B": (3000, 400), "C": (900, 2600), "P": (1500, 1200), "Q": (2200, 1900)}
+    height = "" if kind == ".2D" else " 300"
+    marks = {True: " !" * (2 + bool(height)), False: " * *" + " !" * bool(height)}
+    text = f".UNITS METERS DMS\n.ORDER EN\n{kind}\n.CRS EPSG:25832\n" + "".join(
+        f"C {n} {350000 + e} {5700000 + u}{height}{marks[n in 'ABC']}\n"
+        for n, (e, u) in place.items()
+    )
+    lines = "".join(
+        f"D {a}-{b} {np.hypot(*np.subtract(place[a], place[b])):.4f} 0.003\n"
+        for a, b in ("AP", "BP", "CP", "AQ", "BQ", "CQ", "PQ")
+    )
+    for option, largest in ((".GRID DIST", 1e-4), (".GRID DIST\n.MEASURED DIST", 1.0)):
+        path = written(tmp_path, f"{text}{option}\n{lines}")
+        adjustment = adjust(observed_part(read([path])).network())
+        residual = np.abs(adjustment.residuals).max()
+        assert residual < largest
+        assert residual > largest / 100
+
+
+def test_distances_on_the_grid_of_a_local_job_are_refused(tmp_path: Path) -> None:
+    said = refusal(written(tmp_path, f".2D\n.GRID DIST\n{PLAN}{SIGHTS}"))
+    assert ".CRS" in said
+    said = refusal(written(tmp_path, f".3D\n.GRID DIST\n{PLAN}{SIGHTS}"))
+    assert "along the slope" in said
+
+
 @pytest.mark.parametrize("stated", [True, False])
 def test_standard_errors_are_assumed_only_where_nobody_states_them(
     tmp_path: Path, stated: bool

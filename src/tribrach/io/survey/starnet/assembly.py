@@ -359,6 +359,19 @@ class _Builder:
         sigma = np.where(np.isnan(sigma), exact, sigma)
         self._add(_KINDS[quantity], sights, sigma, hard, check, self._columns(quantity, sights))
 
+    def _reduction(self, sight: Sight) -> float:
+        """Distance as it is written over the horizontal one on the ground."""
+        if not sight.on_grid:
+            return 1 / sight.scale
+        stretch = self.places.stretch(sight.at, sight.to)
+        if stretch is None:
+            raise InputError(
+                "a distance on the grid has no grid, or neither end has coordinates",
+                record=sight.source,
+                cure="write .CRS with the code of the grid, and rough coordinates of the points",
+            )
+        return stretch
+
     def _all_held(self, sight: Sight) -> bool:
         ends = {sight.at, sight.to, sight.back} - {""}
         return ends <= self.places.held and sight.quantity is not Quantity.DIRECTION
@@ -426,8 +439,7 @@ class _Builder:
             out["convergence"] = self._convergences(sights)
             out["astronomic"] = np.zeros(len(sights))
         elif quantity is Quantity.LEVEL_DISTANCE:
-            # from the local system to the ground
-            out["reduction"] = 1 / np.array([s.scale for s in sights])
+            out["reduction"] = np.array([self._reduction(s) for s in sights])
         elif quantity is Quantity.RISE:
             out |= self._geoid(len(sights))
         elif quantity is Quantity.ZENITH:

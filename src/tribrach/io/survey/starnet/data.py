@@ -282,6 +282,11 @@ class DataReader:
         if slope is not None and zenith is not None:
             length, rise = slope * math.sin(zenith), slope * math.cos(zenith)
         options = self._options
+        if options.grid_distances and slope is not None:
+            raise line.error(
+                "distances are said to be on the grid, and this one is along the slope",
+                "write .DELTA ON where distances are horizontal, or .MEASURED DISTANCES before it",
+            )
         errors = options.errors
         if not options.centring:
             errors = _without_centring(errors)
@@ -307,6 +312,7 @@ class DataReader:
                 options.propagated,
                 options.scale,
                 line.source,
+                options.grid_distances and quantity is Quantity.LEVEL_DISTANCE,
             )
             for quantity, sigma in zip(quantities, sigmas, strict=True)
             if known[quantity] is not None or planned

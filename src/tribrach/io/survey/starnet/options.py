@@ -74,6 +74,8 @@ class InlineOptions:
     levelling: float = 0.0
     refraction: float = 0.0
     rotation: float = 0.0
+    #: horizontal distances that follow are on the grid
+    grid_distances: bool = False
     maps: bool = False
     map_angles: bool = False
     directed: bool = False
@@ -306,14 +308,17 @@ class InlineOptions:
             if name is None:
                 listed = ", ".join(_ON_GRID)
                 raise line.error(f"{line.code} has no word {word!r}", f"use one of {listed}")
+            if name == "DISTANCES":
+                self.grid_distances = on_grid
+                continue
             if _ON_GRID[name] == on_grid:
                 continue
             what = "on the grid" if on_grid else "measured on the ground"
             raise line.error(
                 f"{line.code} says that the {name.lower()} of the lines that follow are {what}, "
                 "which is not done",
-                "bearings are of the grid, distances, angles and directions are measured: convert "
-                "the others before",
+                "bearings are of the grid, angles and directions are measured: convert the others "
+                "before",
             )
         if not line.words:
             raise line.error(

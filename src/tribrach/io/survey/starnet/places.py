@@ -184,17 +184,32 @@ class Places:
         """
         if self.output is None:
             return 0.0
+        if (found := self._mapped(start, end)) is None:
+            return None
+        u, plan = found
+        turned = np.arctan2(u[0], u[1]) - np.arctan2(plan[0], plan[1])
+        return float(np.remainder(turned + np.pi, 2 * np.pi) - np.pi)
+
+    def stretch(self, start: str, end: str) -> float | None:
+        """Length of a line on the grid over its horizontal length, None where nothing tells it."""
+        if self.output is None or (found := self._mapped(start, end)) is None:
+            return None
+        u, plan = found
+        return float(np.hypot(*plan) / np.hypot(u[0], u[1]))
+
+    def _mapped(self, start: str, end: str) -> tuple[Array, Array] | None:
+        """A line in the local horizon (3,) and on the grid (2,) [m], None without coordinates.
+
+        Without the other end a point 10 m to the north stands for it.
+        """
         known = [n for n in (start, end) if n in self.xyz and np.isfinite(self.xyz[n]).all()]
-        if not known:
+        if not known or self.output is None:
             return None
         first = self.xyz[known[0]]
         axes = self.frame.site.axes(first[None])[0]
-        # without the other end a point 10 m to the north stands for it
         second = self.xyz[known[1]] if len(known) == 2 else first + 10.0 * axes[1]
-        u = axes @ (second - first)
         plan = np.diff(self.output.from_work(np.stack([first, second])), axis=0)[0]
-        turned = np.arctan2(u[0], u[1]) - np.arctan2(plan[0], plan[1])
-        return float(np.remainder(turned + np.pi, 2 * np.pi) - np.pi)
+        return axes @ (second - first), plan[:2]
 
     def hold_heights(self, names: Sequence[str], warnings: list[str]) -> None:
         """Hold given heights that no observation determines."""

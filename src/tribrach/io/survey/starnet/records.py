@@ -72,6 +72,7 @@ class Sight(NamedTuple):
     propagated: bool  #: constant and ppm of a distance are added in squares
     scale: float  #: length in the local system over length on the ground
     source: str
+    on_grid: bool = False  #: a horizontal distance on the grid (.GRID DISTANCES)
 
 
 @dataclass(frozen=True)
