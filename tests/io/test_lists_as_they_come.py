@@ -295,3 +295,18 @@ def test_roles_in_other_languages(tmp_path: Path) -> None:
     points = read([written(tmp_path, rows)]).points
     assert [points[n].free.any() for n in "AB"] == [True, True]
     assert [points[n].free[:2].any() for n in "AB"] == [False, True]
+
+
+@pytest.mark.parametrize(
+    ("text", "cure"),
+    [
+        ("point,e_m,n_m,sigma_mm\nA,1,2,3\n", "sigma_e_mm"),
+        ("from,to,de_m,dn_m,du_m,sigma_e_mm\nA,B,1,2,3,4\n", "sigma_de_mm"),
+    ],
+)
+def test_a_sigma_that_has_no_meaning_is_not_to_be_removed(
+    tmp_path: Path, text: str, cure: str
+) -> None:
+    with pytest.raises(InputError, match=cure) as caught:
+        read_table(written(tmp_path, text))
+    assert "remove" not in str(caught.value)

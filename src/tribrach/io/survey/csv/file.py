@@ -309,6 +309,9 @@ def _check_place(
                 "name the ends from and to where rows have sigmas of their own; a table of station "
                 "and target takes those of the instrument of a project"
             )
+        elif name.startswith("sigma"):
+            own = [titled(n) for n in layout.numbers if n.startswith("sigma")]
+            cure = f"its columns of sigmas are {', '.join(own[:3])}" if own else cure
     elif name in titles:
         what, cure = f"columns {titles[name]} and {title} say the same thing", "keep one of them"
     else:
