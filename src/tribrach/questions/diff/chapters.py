@@ -40,7 +40,8 @@ _COMMON: dict[Common, str] = {
     "overlapping": (
         "They share some measurements, and each has others: the covariance of the difference is "
         "not known from both results. It is at most twice the sum of both, whatever they share; "
-        "moved is what stands out of that."
+        "moved is what stands out of that. Of two epochs with one list of control tribrach epochs "
+        "tells more, given the files of both."
     ),
     "model": (
         "They have different unknowns besides points and stations (calibrations, lever arms, "
