@@ -9,9 +9,9 @@ from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp, log
 from tribrach.observations.poses import RelativePoses
 from tribrach.observations.unknowns import Layout, State
-from tribrach.registration.clouds.fine import align
+from tribrach.registration.clouds.fine import Matches, align
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
-from tribrach.registration.clouds.relative_covariance import relative_covariance
+from tribrach.registration.clouds.relative_covariance import Shared, relative_covariance
 from tribrach.registration.clouds.together import differences
 from tribrach.simulate.twins import sphere_courtyard
 
@@ -113,6 +113,39 @@ def test_clouds_differ_as_predicted() -> None:
     assert one is not None
     assert one.places > 100
     assert one.ratio == pytest.approx(1.0, abs=0.1)
+
+
+def test_trunks_share_errors_over_their_height() -> None:
+    # 40 trunks of 12 pieces hold the plan, a floor the height; each trunk has an error of its own
+    rng = np.random.default_rng(5)
+    ways = rng.uniform(0, 2 * np.pi, 40)
+    foot = np.column_stack([rng.permuted(np.arange(40) * 2.0), rng.uniform(-20, 20, 40)])
+    trunk = np.repeat(np.arange(40), 12)
+    point = np.column_stack([foot[trunk], np.tile(np.arange(12) * 0.7, 40)])
+    normal = np.column_stack([np.cos(ways), np.sin(ways), np.zeros(40)])[trunk]
+    floor = np.column_stack([rng.uniform(-30, 30, (400, 2)), np.zeros(400)])
+    point = np.concatenate([point, floor])
+    normal = np.concatenate([normal, np.tile([0.0, 0.0, 1.0], (400, 1))])
+    n, one = len(point), np.ones(len(point))
+    count = np.arange(n)
+    inverse = np.linalg.inv(normal.T @ normal)
+    ratio, squares = [], []
+    for _ in range(150):
+        residual = rng.normal(0, 1.0, n)
+        residual[:480] += rng.normal(0, 1.0, 40)[trunk]
+        error = inverse @ normal.T @ residual
+        left = residual - normal @ error
+        m = Matches(count, count, one > 0, point, normal, left, one)
+        stated = Shared.of(normal, one, left, normal.T @ normal, m).covariance
+        ratio.append(np.diag(stated))
+        squares.append(error @ np.linalg.solve(stated, error))
+    held = (normal[:480].T @ normal[:480])[:2, :2]
+    true = np.linalg.inv(held) * (1 + 12)
+    mean = np.mean(ratio, axis=0)
+    # the floor shares nothing: a factor for all would give it that of the trunks or them less
+    assert mean[:2] == pytest.approx(np.diag(true), rel=0.35)
+    assert 2 / 400 <= mean[2] < 13 / 400
+    assert np.mean(squares) < 3 * chi2.ppf(0.999, 450) / 450
 
 
 @pytest.mark.slow

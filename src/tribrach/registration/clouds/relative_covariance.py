@@ -4,9 +4,11 @@ Residuals are not independent: neighbours share waves of the surface, beams, and
 they are compared with, and both directions compare the same points. The covariance takes this into
 account in four ways (method section 2.11).
 
-Weighted residuals are summed over cubes of growing size. Where neighbours share errors the variance
-of the sums outgrows that of independent residuals, until the cubes are as large as what is shared.
-The largest factor divides the number of observations; the size is the correlation length.
+Weighted residuals are summed over cubes of growing size, and over columns: a trunk shares its
+errors over its height. Where neighbours share errors the variance of the sums outgrows that of
+independent residuals, until the cubes are as large as what is shared. The largest factor divides
+the number of observations; the size is the correlation length. A direction that few places hold may
+share more than the others: it has a factor of its own where chance does not make as much.
 
 A scanner that moved or nodded while it scanned bends its scan as a whole; then sectors of the scan
 fit differently, whatever the size of the cubes. Sums over sectors of the directions from either
@@ -48,6 +50,8 @@ class CloudCovarianceGates:
     fewest_cubes: int = 40  #: a variance needs so many cubes
     #: both directions compare the same points: observations count half at most
     least_shared: float = 2.0
+    #: least share of a place that is left of its residuals after the fit
+    least_left: float = 0.2
     #: the correlation length is the first edge that reaches this share of the largest factor
     length_share: float = 0.8
     #: a direction is not held if noise of normals makes more than this share of what holds it ...
@@ -191,17 +195,17 @@ def relative_covariance(
     if unheld is None:
         unheld = _unheld(a, b, m, design, weight, normal, middle, lever)
     held, places = _held(m, design, weight, normal, unheld, lever)
-    half = held @ _inverse_root(held.T @ normal @ held)
-    scores = (design @ half) * (weight * m.residual)[:, None]
-    factor, length, edge = _shared(scores, m)
+    inner, pull = held.T @ normal @ held, weight * m.residual
+    common = Shared.of(design @ held, slope, pull, inner, m)
     test = SweepTest()
-    if sweep and scores.any():
-        test = _sweep(design @ half, slope, scores, edge, m, alignment.pose)
-        factor *= test.factor
-    spread, sigmas = factor * half @ (scores.T @ scores) @ half.T, np.zeros(0)
+    if sweep and pull.any():
+        rows = design @ held @ _inverse_root(inner)
+        test = _sweep(rows, slope, rows * pull[:, None], common.edge, m, alignment.pose)
+    factor = common.factor * test.factor
+    spread, sigmas = test.factor * held @ common.covariance @ held.T, np.zeros(0)
     if shared is not None:
         factor = max(factor, least)
-        both = _with_prior(design @ held, shared, weight * m.residual, slope, factor)
+        both = _with_prior(design @ held, shared, pull, slope, factor, m)
         count = held.shape[1]
         spread, sigmas = held @ both[:count, :count] @ held.T, np.sqrt(np.diag(both)[count:])
     local = spread + lever**2 * unheld @ unheld.T
@@ -214,7 +218,7 @@ def relative_covariance(
         local=local,
         observations=len(m),
         effective=len(m) / factor,
-        correlation_length=length,
+        correlation_length=common.length,
         sigma=float(np.sqrt((weight * m.residual**2).sum() / weight.sum())),
         unheld=unheld,
         lever=lever,
@@ -224,17 +228,80 @@ def relative_covariance(
     )
 
 
-def _with_prior(design: Array, shared: Array, pull: Array, slope: Array, factor: float) -> Array:
+def _with_prior(
+    design: Array, shared: Array, pull: Array, slope: Array, factor: float, m: Matches
+) -> Array:
     """Covariance of what is fitted, behind it of shared errors with priors of one sigma.
 
     ``factor`` matches count as one; weighted residuals and weights (n,).
     """
     count = design.shape[1]
     design = np.concatenate([design, shared], axis=1)
-    prior = np.diag(np.repeat([0.0, 1.0], [count, shared.shape[1]]))
-    inverse = np.linalg.inv((design * slope[:, None]).T @ design + factor * prior)
-    scores = design * pull[:, None]
-    return np.asarray(inverse @ (factor * scores.T @ scores + factor**2 * prior) @ inverse)
+    prior = factor * np.diag(np.repeat([0.0, 1.0], [count, shared.shape[1]]))
+    normal = (design * slope[:, None]).T @ design + prior
+    inverse = np.linalg.inv(normal)
+    common = Shared.of(design, slope, pull, normal, m, factor).covariance
+    return np.asarray(common + factor * inverse @ prior @ inverse)
+
+
+@dataclass(frozen=True, eq=False)
+class Shared:
+    """The covariance of what is fitted to matches whose neighbours share errors."""
+
+    covariance: Array  #: (k, k)
+    factor: float  #: how many matches count as one
+    length: float  #: size of what neighbours share [m]
+    edge: float  #: edge of the cubes or columns that show the most of it [m]
+
+    @classmethod
+    def of(
+        cls, design: Array, slope: Array, pull: Array, normal: Array, m: Matches, least: float = 1.0
+    ) -> Shared:
+        """From design (n, k), weights and weighted residuals (n,), and the normal matrix (k, k).
+
+        So many matches count as one at ``least``. Sums over places are set right for what a place
+        holds itself (Bell and McCaffrey 2002); a direction differs from the rest where its variance
+        is beyond what chance makes of independent places (Marchenko and Pastur 1967).
+        """
+        # both directions compare the same points, whatever the residuals say
+        least, k = max(least, GATES.least_shared), design.shape[1]
+        root = _inverse_root(normal)
+        rows = design @ root
+        scores = rows * pull[:, None]
+        alone = scores.T @ scores
+        shapes = [(edge, upright) for edge in GATES.edges_m for upright in (False, True)]
+        if not scores.any():  # nothing is held, or a scan and its copy: there is no noise to share
+            return cls(root @ alone @ root.T, least, GATES.edges_m[0], GATES.edges_m[0])
+        factors = [_outgrown(scores, _cubes(m.point, m.normal, *shape)) for shape in shapes]
+        enough = GATES.length_share * max(1.0, *factors)
+        reached = [shape[0] for shape, f in zip(shapes, factors, strict=True) if f >= enough]
+        length = reached[0] if reached else GATES.edges_m[0]
+        edge, upright = shapes[int(np.argmax(factors))]
+        number = _cubes(m.point, m.normal, edge, upright)
+        products = (rows[:, :, None] * (slope[:, None] * rows)[:, None, :]).reshape(-1, k * k)
+        own = _summed(number, products).reshape(-1, k, k)
+        values, vectors = np.linalg.eigh(np.eye(k) - own)
+        sums = np.einsum("nji,nj->ni", vectors, _summed(number, scores))
+        sums /= np.sqrt(np.maximum(values, GATES.least_left))
+        sums = np.einsum("nij,nj->ni", vectors, sums)
+        most_of = 1e-12 * np.trace(alone) * np.eye(k)
+        times, ways = eigh(sums.T @ sums, alone + most_of)
+        factor = max(least, float(times.mean()))
+        holds = np.einsum("ia,nij,ja->na", ways, own, ways)
+        places = holds.sum(axis=0) ** 2 / (holds**2).sum(axis=0)
+        chance = (1 + np.sqrt(k / places)) ** 2
+        times = np.where(times > chance * factor, times, factor)
+        half = root @ (alone + most_of) @ ways
+        return cls((half * times) @ half.T, factor, length, edge)
+
+
+def _outgrown(scores: Array, number: Index) -> float:
+    """By what factor the variance of sums over places outgrows that of independent residuals."""
+    sums = _summed(number, scores)
+    count = len(sums)
+    if count < GATES.fewest_cubes:
+        return 0.0
+    return float((sums**2).sum() / (scores**2).sum()) * count / (count - 6)
 
 
 def _unheld(
@@ -303,26 +370,6 @@ def _inverse_root(matrix: Array) -> Array:
     return np.asarray(np.linalg.inv(np.linalg.cholesky(matrix)).T)
 
 
-def _shared(scores: Array, m: Matches) -> tuple[float, float, float]:
-    """By what factor neighbours reduce the observations, over which length, the cubes' edge [m]."""
-    alone = float((scores**2).sum())
-    if alone == 0:  # nothing is held, or a scan and its copy: there is no noise to share
-        return GATES.least_shared, GATES.edges_m[0], GATES.edges_m[0]
-    factors = []
-    for edge in GATES.edges_m:
-        sums = pieces(m.point, m.normal, scores, edge)
-        count = len(sums)
-        enough = count >= GATES.fewest_cubes
-        factors.append(float((sums**2).sum()) / alone * count / (count - 6) if enough else 0.0)
-    factor = max(1.0, *factors)
-    reached = [
-        e for e, f in zip(GATES.edges_m, factors, strict=True) if f >= GATES.length_share * factor
-    ]
-    # both directions compare the same points, whatever the residuals say
-    length = reached[0] if reached else GATES.edges_m[0]
-    return max(factor, GATES.least_shared), length, GATES.edges_m[int(np.argmax(factors))]
-
-
 def _sweep(
     design: Array, slope: Array, scores: Array, edge: float, m: Matches, pose: Pose
 ) -> SweepTest:
@@ -346,15 +393,24 @@ def _sweep(
 
 def pieces(point: Array, normal: Array, values: Array, edge: float) -> Array:
     """Sums of ``values`` (n, c) over cubes, a row for the surfaces of each side in each."""
-    number = _cubes(point, normal, edge)
+    return _summed(_cubes(point, normal, edge), values)
+
+
+def _summed(number: Index, values: Array) -> Array:
+    """Sums of values (n, c) over places with numbers (n,)."""
     sums = [np.bincount(number, column) for column in values.T]
     return np.stack(sums, axis=1) if sums else np.zeros((int(number.max()) + 1, 0))
 
 
-def _cubes(point: Array, normal: Array, edge: float) -> Index:
-    """Numbers (n,) of the cubes of points (n, 3), surfaces that face apart kept apart."""
+def _cubes(point: Array, normal: Array, edge: float, upright: bool = False) -> Index:
+    """Numbers (n,) of the cubes of points (n, 3), surfaces that face apart kept apart.
+
+    ``upright`` pieces of surface are taken together over their whole height.
+    """
     cell = np.floor(point / edge).astype(np.int64) + (1 << 18)
     face = np.argmax(np.abs(normal), axis=1)
+    if upright:
+        cell[face < 2, 2] = 0
     key = ((cell[:, 0] << 38) | (cell[:, 1] << 19) | cell[:, 2]) * 3 + face
     _, number = np.unique(key, return_inverse=True)
     return np.asarray(number, dtype=np.int64)

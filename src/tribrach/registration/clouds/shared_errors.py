@@ -6,8 +6,9 @@ Two of them look like a pose that is a little wrong and no residual tells of the
 *Depth.* Ranges are too long alike: by a zero error of the scanner, or since its beams enter grass
 and gravel. A floor becomes a dish about either scanner, and two dishes differ by a tilt.
 
-*Bend.* The mean of a piece of a trunk lies behind the bark, the deeper the wider the piece. The
-scanner that is farther away has wider pieces, so that trunks all around ask for a shift.
+*Bend.* The mean of a piece of a trunk lies behind the bark, the deeper the wider around the trunk
+the piece is. The scanner that is farther away has wider pieces, so that trunks all around ask for a
+shift. A piece is not wider than a trunk: what is, has other things in it.
 
 Both are unknowns with a prior of zero: what the matches say of them is taken, and what they leave
 open is in the covariance of the pose.
@@ -21,7 +22,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tribrach._types import Array
+from tribrach._types import Array, Index
 from tribrach.registration.clouds.fine import FINE, FineAlignment, Indexed, Matches, displaced
 from tribrach.registration.clouds.relative_covariance import (
     RelativeCovariance,
@@ -29,7 +30,7 @@ from tribrach.registration.clouds.relative_covariance import (
     at_origin,
     relative_covariance,
 )
-from tribrach.registration.clouds.surfels import UNKNOWN
+from tribrach.registration.clouds.surfels import UNKNOWN, Surfels
 from tribrach.statistics import robust_sigma
 
 
@@ -41,6 +42,8 @@ class SharedErrorGates:
     bend_per_m: float = 10.0
     #: the upright pieces of unknown form that are taken for pieces of such bodies
     upright: float = 0.5
+    #: widest pieces of them, as standard deviations around the body [m]
+    widest_m: float = 0.15
     #: steps of the fit
     steps: int = 5
 
@@ -72,7 +75,7 @@ class SharedErrors:
         unknown = (forms[0] == UNKNOWN) | (forms[1] == UNKNOWN)
         unknown &= np.abs(m.normal[:, 2]) < GATES.upright
         if unknown.any():
-            wide = a.surfels.width[m.first, 0] ** 2 - b.surfels.width[m.second, 0] ** 2
+            wide = _around(a.surfels, m.first) - _around(b.surfels, m.second)
             columns.append(np.where(unknown, 0.5 * wide, 0.0))
             sigmas.append(GATES.bend_per_m)
         return cls(np.stack(columns, axis=1) * sigmas, np.array(sigmas))
@@ -104,6 +107,15 @@ class SharedErrors:
         pose = displaced(alignment.pose, held @ x[:h], about)
         matches = replace(m, residual=np.clip(residual, -gate, gate))
         return replace(alignment, pose=pose, matches=matches), x[h:]
+
+
+def _around(s: Surfels, chosen: Index) -> Array:
+    """Variances (n,) of the points of upright pieces along the level [m^2]."""
+    normal = s.normal[chosen]
+    level = np.stack([-normal[:, 1], normal[:, 0], np.zeros(len(chosen))], axis=1)
+    level /= np.maximum(np.linalg.norm(level, axis=1, keepdims=True), 1e-9)
+    variance = np.einsum("ni,nij,nj->n", level, s.spread[chosen], level)
+    return np.asarray(np.minimum(variance, GATES.widest_m**2))
 
 
 def _along(m: Matches, way: Array) -> Array:
