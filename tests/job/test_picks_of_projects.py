@@ -1,6 +1,7 @@
 """Natural points that were picked tie stations, are compared, and become new points."""
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -49,15 +50,28 @@ def scan_of(place: np.ndarray, turn: np.ndarray, rng: np.random.Generator) -> np
         faces = faces - away / np.sqrt(3)
         at, normals = turn.T @ (corner - place), faces @ turn
         h, v = np.arctan2(at[1], at[0]), np.arccos(at[2] / np.linalg.norm(at))
-        grid = np.arange(-0.05, 0.05, 2.2e-3)
+        grid = np.arange(-0.045, 0.045, 2.5e-3)
         hh, vv = np.meshgrid(h + grid, v + grid)
         unit = directions(hh.ravel(), vv.ravel())
         parts.append(read(unit, solid(unit, normals, at, hollow=True), rng))
     return np.concatenate(parts)
 
 
-def project(folder: Path) -> Path:
-    """Two scans without targets; the second is picked by the command, the first by hand."""
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A project with picks in two scans, for all tests to copy."""
+    return written(tmp_path_factory.mktemp("picks")).parent
+
+
+def project(made: Path, folder: Path) -> Path:
+    """A copy of the project in a folder of the test's own."""
+    for path in made.iterdir():
+        shutil.copy(path, folder)
+    return folder / "job.toml"
+
+
+def written(folder: Path) -> Path:
+    """Two scans without targets, and what was picked in them."""
     rng = np.random.default_rng(4)
     turns = np.eye(3), exp(np.array([0.0, 0.0, TURN]))
     rows = [f"C{k},{x},{y},{z}" for k, (x, y, z) in enumerate(CORNERS)]
@@ -83,8 +97,8 @@ def adjusted(path: Path) -> Adjustment:
     return adjust(job.network(work.registered.survey, final=True))
 
 
-def test_picked_corners_place_two_stations_without_a_target(tmp_path: Path) -> None:
-    adjustment = adjusted(project(tmp_path))
+def test_picked_corners_place_two_stations_without_a_target(made: Path, tmp_path: Path) -> None:
+    adjustment = adjusted(project(made, tmp_path))
     square = 0.0
     for name, place, angle in (("S1", PLACES[0], 0.0), ("S2", PLACES[1], TURN)):
         station = adjustment.stations[name]
@@ -104,8 +118,8 @@ def test_picked_corners_place_two_stations_without_a_target(tmp_path: Path) -> N
     }
 
 
-def test_the_command_keeps_a_pick(tmp_path: Path) -> None:
-    path = project(tmp_path)
+def test_the_command_keeps_a_pick(made: Path, tmp_path: Path) -> None:
+    path = project(made, tmp_path)
     before = (tmp_path / "edits.toml").read_text()
     place = [f"{x:.3f}" for x in CORNERS[0]]
     given = ["pick", str(path), "--at", *place, "--scan", "S1", "--radius", "0.25"]
@@ -140,8 +154,10 @@ def test_the_command_keeps_a_pick(tmp_path: Path) -> None:
         ('reason = "no target"', "", "reason"),
     ],
 )
-def test_picks_that_are_none_are_refused(old: str, new: str, what: str, tmp_path: Path) -> None:
-    path = project(tmp_path)
+def test_picks_that_are_none_are_refused(
+    old: str, new: str, what: str, made: Path, tmp_path: Path
+) -> None:
+    path = project(made, tmp_path)
     edits = tmp_path / "edits.toml"
     edits.write_text(edits.read_text().replace(old, new))
     with pytest.raises(InputError, match=what):
