@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import chi2
 
 from tribrach.geometry.rotation import exp
-from tribrach.targets.detection import Detection
+from tribrach.targets.detection import Detection, Rejected
 from tribrach.targets.picks import NaturalPoint, PickKind, find_pick
 
 #: noise of ranges [m] and of angles [rad], step of the scanner [rad]
@@ -118,3 +118,30 @@ def test_errors_are_as_large_as_stated(kind: PickKind) -> None:
 def test_three_hundred_regions_hold_the_truth_in_95_percent(kind: PickKind) -> None:
     inside = (misses(kind, 300, 1) < chi2.ppf(0.95, FREEDOM[kind])).mean()
     assert abs(inside - 0.95) < 0.02
+
+
+@pytest.mark.parametrize("kind", ["corner", "edge", "axis", "hole", "disc"])
+@pytest.mark.parametrize("square", [False, True])
+def test_a_bare_wall_and_a_square_hole_are_nothing_else(kind: PickKind, square: bool) -> None:
+    rng = np.random.default_rng(3)
+    for _ in range(4):
+        at = directions(rng.uniform(-np.pi, np.pi), rng.uniform(0.9, 2.0)) * rng.uniform(6, 15)
+        axes = turned(rng, at)
+        unit = beams(at, 0.45)
+        r = (axes[0] @ at) / (unit @ axes[0])
+        if square:
+            flat = (unit * r[:, None] - at) @ axes[1:].T
+            r = np.where(np.abs(flat).max(axis=1) < 0.15, np.nan, r)
+        xyz = read(unit, r, rng)
+        assert isinstance(find_pick(xyz, NaturalPoint(kind, tuple(at), 0.4)), Rejected)
+
+
+@pytest.mark.parametrize(
+    ("seen", "picked"), [("axis", "edge"), ("axis", "corner"), ("edge", "axis"), ("edge", "hole")]
+)
+def test_one_thing_is_not_found_as_another(seen: PickKind, picked: PickKind) -> None:
+    rng = np.random.default_rng(8)
+    for _ in range(8):
+        xyz, place, _ = scene(seen, rng)
+        found = find_pick(xyz, NaturalPoint(picked, tuple(place), 0.4))
+        assert isinstance(found, Rejected)

@@ -40,8 +40,16 @@ class PickGates:
     guard_sigmas: float = 6.0  #: points nearer than this to another face are left out
     guard_spacings: float = 1.5  #: the same in distances of neighbouring points
     upright: float = 0.15  #: least volume of three unit normals, least sine between two
+    #: share of the squares of residuals, and F, from which on a quadric is no face
+    bent_share: float = 0.2
+    bent: float = 12.0
+    axis_spacings: float = 2.0  #: least radius of a cylinder in distances of neighbouring points
+    rough: float = 3.0  #: residuals of a cylinder over the noise of neighbours
     sectors: int = 36  #: around a disc or hole
     full: float = 0.6  #: share of the sectors that show its edge
+    most_round: float = 0.7  #: share of the edge that lies on the circle
+    cornered: float = 7.0  #: F of third and fourth waves in an edge, four degrees of freedom
+    round_spacings: float = 3.0  #: least radius in distances of neighbouring points
     trim_sigmas: float = 3.5  #: residuals of a cylinder beyond this take no part
     flattest: float = 0.25  #: cosine of beam and normal from which on points count
     rounds: int = 12  #: rounds of the fit of a cylinder at most
@@ -189,6 +197,12 @@ def _by_its_own_noise(plane: BoardPlane, xyz: Array) -> BoardPlane:
     part = xyz[plane.use]
     unit = part / np.linalg.norm(part, axis=1, keepdims=True)
     gap = (part @ plane.normal - plane.offset) / (unit @ plane.normal)
+    flat = (part - plane.origin) @ plane.axes.T
+    bent = np.column_stack([np.ones(len(gap)), flat, flat**2, flat[:, 0] * flat[:, 1]])
+    left = gap - bent @ np.linalg.lstsq(bent, gap, rcond=None)[0]
+    share = 1 - left @ left / (gap @ gap)
+    if share > GATES.bent_share and share * (len(gap) - 6) > GATES.bent * 3 * (1 - share):
+        raise _Refused("a face is curved")
     # least squares of what is within three sigmas, and the spread of its own estimate
     ratio = gap @ gap / (len(gap) - 5) / _TRIMMED / robust_sigma(gap) ** 2
     return replace(plane, cofactor=plane.cofactor * ratio)
@@ -274,6 +288,11 @@ def _round(
             break
     if size > radius or (outer and size > 0.9 * radius):
         raise _Refused("its edge is not within the radius")
+    _, _, spacing = _surroundings(xyz)
+    if size < GATES.round_spacings * spacing:
+        raise _Refused("it is hardly larger than the distances between points")
+    if rms > spacing:
+        raise _Refused("its edge is no circle")
     root = np.column_stack([plane.axes.T @ np.linalg.cholesky(cofactor), plane.normal])
     root[:, 2] *= plane.sigma(middle)
     facts = {"circle_m": float(size)}
@@ -285,7 +304,7 @@ def _circle(edge: Array) -> tuple[Array, float, Array, float] | None:
     use = np.ones(len(edge), dtype=bool)
     middle, size = edge.mean(axis=0), 0.0
     for _ in range(6):
-        if use.sum() < GATES.sectors // 3:
+        if use.sum() < GATES.most_round * len(edge):
             return None
         design = np.column_stack([2 * edge[use], np.ones(use.sum())])
         solved = np.linalg.lstsq(design, (edge[use] ** 2).sum(axis=1), rcond=None)[0]
@@ -296,9 +315,21 @@ def _circle(edge: Array) -> tuple[Array, float, Array, float] | None:
         use = np.abs(gap - np.median(gap[use])) < GATES.trim_sigmas * max(
             robust_sigma(gap[use]), 1e-6
         )
+    if _cornered(away[use], gap[use]):
+        return None
     rows = np.column_stack([away[use] / length[use, None], np.ones(use.sum())])
     variance = gap[use] @ gap[use] / (use.sum() - 5)
     return middle, size, variance * np.linalg.inv(rows.T @ rows)[:2, :2], float(np.sqrt(variance))
+
+
+def _cornered(away: Array, gap: Array) -> bool:
+    """True if residuals (n,) go around the circle as those of triangles and squares do."""
+    around = np.arctan2(away[:, 1], away[:, 0])
+    waves = [wave(k * around) for k in (3, 4) for wave in (np.cos, np.sin)]
+    rows = np.column_stack([*waves, np.ones(len(gap)), away])
+    left = gap - rows @ np.linalg.lstsq(rows, gap, rcond=None)[0]
+    rest = left @ left / (len(gap) - rows.shape[1])
+    return bool((gap @ gap - left @ left) / 4 > GATES.cornered * rest)
 
 
 def _axis(xyz: Array, place: Array, radius: float, shared: SharedNoise | None) -> _Fitted:
@@ -334,6 +365,10 @@ def _axis(xyz: Array, place: Array, radius: float, shared: SharedNoise | None) -
             raise _Refused("the surface is not round")
         if turn > 2 and np.abs(step[:2]).max() < 1e-6:
             break
+    _, noise, spacing = _surroundings(xyz)
+    rough = np.sqrt(np.mean((gap * slope)[use] ** 2)) > GATES.rough * noise
+    if rough or size < GATES.axis_spacings * spacing:
+        raise _Refused("the surface is not round")
     if shared is not None:
         own = own + own @ shared.at(float(length.mean())).summed(beam[use], rows) @ own
     own *= max(rest @ rest / (len(rest) - 7), 1.0)
