@@ -408,6 +408,41 @@ def test_a_height_difference_the_other_way() -> None:
     assert "ends exchanged" in slip.words
 
 
+def readings(folder: Path, rng: np.random.Generator, called: str) -> Network:
+    """Four set-ups that see one another and six targets, of which the third has another name."""
+    place = {f"T{k}": rng.uniform(-80, 80, 3) * (1, 1, 0.1) for k in range(6)}
+    place |= {f"S{k}": rng.uniform(-50, 50, 3) * (1, 1, 0.1) for k in range(4)}
+    head = "station,setup,target,face,direction_gon,zenith_gon,slope_distance_m\n"
+    rows, gon = [], 200 / np.pi
+    for station in ("S0", "S1", "S2", "S3"):
+        name = called if station == "S2" else station
+        for face in (1, 2):
+            for target in place.keys() - {station}:
+                d = place[target] - place[station]
+                hz, z = np.arctan2(d[0], d[1]), np.arctan2(np.hypot(d[0], d[1]), d[2])
+                hz, z = gon * np.array([hz, z]) + rng.normal(0, 4e-4, 2)
+                hz, z = (hz % 400, z) if face == 1 else ((hz + 200) % 400, 400 - z)
+                far = np.linalg.norm(d) + rng.normal(0, 0.001)
+                rows.append(f"{name},{station},{target},{face},{hz:.5f},{z:.5f},{far:.4f}")
+    (folder / "sights.csv").write_text(head + "\n".join(rows) + "\n")
+    (folder / "control.csv").write_text(
+        "point,e_m,n_m,u_m,role\n"
+        + "".join(f"T{k},{','.join(f'{v:.4f}' for v in place[f'T{k}'])},fixed\n" for k in range(3))
+    )
+    return read(folder / "sights.csv", folder / "control.csv")
+
+
+@pytest.mark.parametrize("called", ["S1", "T4", "S2"])
+def test_a_set_up_under_the_name_of_another_point(tmp_path: Path, called: str) -> None:
+    slip = found(readings(tmp_path, np.random.default_rng(4), called))
+    if called == "S2":
+        assert slip is None
+        return
+    assert slip is not None
+    assert slip.kind == "setup_elsewhere"
+    assert called in slip.names[0]
+
+
 # networks of others
 
 

@@ -36,7 +36,12 @@ from tribrach.network.blunders.clearing import Cleared, from_adjusted, from_star
 from tribrach.network.blunders.equal_heights import equal_heights
 from tribrach.network.blunders.given_lists import given_lists
 from tribrach.network.blunders.given_places import given_places
-from tribrach.network.blunders.setup_slips import setup_of, wrong_setup
+from tribrach.network.blunders.setup_slips import (
+    of_one_mark,
+    setup_elsewhere,
+    setup_of,
+    wrong_setup,
+)
 from tribrach.network.blunders.slip_search import GROSS, LEFT, Slip, SlipSearch
 from tribrach.network.blunders.suspects import Key
 from tribrach.network.network import Network, is_given
@@ -109,21 +114,42 @@ def _explained(network: Network, adjustment: Adjustment | None, search: SlipSear
     clear = from_start(network, search.run)
     fitting = clear is not None and clear.fits
     if clear is not None and (found := _of_cleared(network, clear, before, search)):
-        return found
+        return _placed(network, adjustment, found, before, search)
     if found := _length_unit(network, before, search):
         return found
     if adjustment is not None:
         clear = from_adjusted(network, adjustment, search.run)
         fitting |= clear is not None and clear.fits
         if clear is not None and (found := _of_cleared(network, clear, before, search)):
-            return found
+            return _placed(network, adjustment, found, before, search)
+        if clear is not None and of_one_mark(network, clear):
+            search.go_on()
+            if found := setup_elsewhere(network, adjustment, before, search):
+                return found
     if fitting:
         return None
+    search.go_on()
+    if found := setup_elsewhere(network, adjustment, before, search):
+        return found
     search.go_on()
     if found := wrong_setup(network, adjustment, before, search):
         return found
     search.go_on()
     return _exchange(network, _suspicious(network, adjustment), before, search, None)
+
+
+def _placed(
+    network: Network,
+    adjustment: Adjustment | None,
+    found: Slip,
+    before: float,
+    search: SlipSearch,
+) -> Slip:
+    """A slip; of a whole set-up, that it stands elsewhere if that explains it."""
+    if found.kind != "setup" or adjustment is None:
+        return found
+    search.go_on()
+    return setup_elsewhere(network, adjustment, before, search) or found
 
 
 def _of_cleared(network: Network, clear: Cleared, before: float, search: SlipSearch) -> Slip | None:

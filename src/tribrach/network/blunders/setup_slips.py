@@ -24,7 +24,9 @@ from tribrach.network.quality import check_covariances
 from tribrach.network.reliability import redundancy_numbers, weigh
 from tribrach.network.start.placeholders import listed
 from tribrach.observations.base import Observations, Use, wrap
+from tribrach.observations.control import Centrings
 from tribrach.observations.declaration import End, StartTie
+from tribrach.observations.sights import Sights
 from tribrach.sentences import Sentence
 
 #: set-ups that are tried
@@ -44,6 +46,8 @@ _AGREES, _BY_CHANCE = 4.0, 0.01
 _ALONE, _ALIKE = 12, 4.0
 #: sights that are taken out together
 _FEW = 2
+#: occupations of marks that are tried, and how far from its mark one is no error of centring [m]
+_OCCUPATIONS, _APART = 6, 0.1
 
 
 @dataclass(frozen=True)
@@ -146,6 +150,73 @@ def _few_sights(
     return None
 
 
+def setup_elsewhere(
+    network: Network, adjustment: Adjustment | None, before: float, search: SlipSearch
+) -> Slip | None:
+    """Find the set-up or target that does not stand over the mark that it is named after.
+
+    What its sights share of centring, a vector, is let go; nobody else may explain as much.
+    """
+    size: dict[int, float] = {}
+    for o in network.observations:
+        if isinstance(o, Centrings):
+            size |= dict.fromkeys(o.vector[o.use == Use.ACTIVE].tolist(), 0.0)
+    if adjustment is not None:
+        w = np.nan_to_num(np.abs(weigh(adjustment).w))
+        for table, item, value in zip(adjustment.rows.table, adjustment.rows.item, w, strict=True):
+            o = network.observations[table]
+            if isinstance(o, Centrings):
+                size[int(o.vector[item])] = max(size[int(o.vector[item])], float(value))
+    good: list[tuple[float, int, Adjustment]] = []
+    for vector in sorted(size, key=lambda v: -size[v])[:_OCCUPATIONS]:
+        if search.over:
+            return None
+        factors = [np.ones(o.values.shape) for o in network.observations]
+        values = 0
+        for table, o in enumerate(network.observations):
+            if isinstance(o, Centrings):
+                mine = (o.vector == vector) & (o.use == Use.ACTIVE)
+                factors[table][mine] = _LOOSE
+                values += int(mine.sum())
+        try:
+            trial = search.run(with_sigmas(network, factors))
+        except TribrachError:
+            continue
+        after = explains(trial.vtpv, trial.dof - values, before)
+        if after is not None:
+            good.append((after, vector, trial))
+    if len(good) != 1:
+        return None
+    after, vector, trial = good[0]
+    name = network.start.layout.names["vector"][vector].removeprefix(f"{Centrings.kind} ")
+    length = float(np.hypot(*trial.state.vectors[vector, :2]))
+    if length < _APART:
+        return None
+    return Slip(
+        Sentence(
+            "what stands {name} is {length:m2} off that mark: its name may be wrong",
+            name=name,
+            length=length,
+        ),
+        "with another place for it",
+        before,
+        after,
+        "correct the name of the point that was occupied",
+        "setup_elsewhere",
+        names=(name,),
+    )
+
+
+def of_one_mark(network: Network, clear: Cleared) -> bool:
+    """True if the sights without which a network fits all go to or from one place."""
+    points = network.start.layout.count("point")
+    common: set[int] | None = None
+    for table, item in clear.wild:
+        ends = {int(at[item]) for at in _ends(network.observations[table], points)}
+        common = ends if common is None else common & ends
+    return clear.fits and len(clear.wild) >= _SIGHTS and bool(common)
+
+
 def setup_of(network: Network, clear: Cleared, before: float, search: SlipSearch) -> Slip | None:
     """The set-up that the sights without which a network fits belong to, if one does.
 
@@ -155,11 +226,13 @@ def setup_of(network: Network, clear: Cleared, before: float, search: SlipSearch
     if not clear.fits:
         return None
     for position, keys in _setups(network).items():
-        if not clear.wild <= keys:
+        if not clear.wild <= keys | _lengths(network, position):
             continue
         if slip := _turned(network, position, clear, before, search):
             return slip
-        if len(clear.wild) >= _SIGHTS and 2 * len(clear.wild) > len(keys):
+        wild = clear.wild & keys
+        if len(wild) >= _SIGHTS and 2 * len(wild) > len(keys):
+            keys |= clear.wild
             after = clear.vtpv / clear.dof
             return _setup_or_few(network, clear.adjustment, position, keys, before, after, search)
     return None
@@ -271,6 +344,16 @@ def _setups(network: Network) -> dict[int, frozenset[Key]]:
         for item in np.flatnonzero(o.use == Use.ACTIVE):
             out.setdefault(int(at[item]), set()).add((table, int(item)))
     return {at: frozenset(keys) for at, keys in out.items() if len(keys) >= _SIGHTS}
+
+
+def _lengths(network: Network, position: int) -> frozenset[Key]:
+    """Distances from a set-up."""
+    return frozenset(
+        (table, int(item))
+        for table, o in enumerate(network.observations)
+        if isinstance(o, Sights)
+        for item in np.flatnonzero((o.start == position) & (o.use == Use.ACTIVE))
+    )
 
 
 def _without(network: Network, position: int, keys: frozenset[Key]) -> _Without:
