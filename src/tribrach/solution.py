@@ -189,7 +189,14 @@ class Solving:
     @cached_property
     def mistakes(self) -> Mistakes:
         """Mistakes of reading, writing and naming, without a coordinate that is wrong for sure."""
-        return mistakes(self.first if self.wrong is None else self.wrong.after)
+        if self.wrong is not None:
+            return mistakes(self.wrong.after)
+        doubt = self.accused
+        return (
+            mistakes(self.first)
+            if doubt is None
+            else mistakes(self.first, doubt.after, doubt.score)
+        )
 
     @cached_property
     def apart(self) -> Adjustment:

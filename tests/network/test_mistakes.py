@@ -103,6 +103,17 @@ def test_5_mm_in_a_height_of_instrument(made: Twin, tmp_path: Path, station: str
     assert "too high" in cause.sentence()
 
 
+@pytest.mark.parametrize("score", [-1e6, -1.0])
+def test_a_cause_is_not_named_beside_a_doubt_that_explains_more(
+    made: Twin, tmp_path: Path, score: float
+) -> None:
+    """Without the doubtful coordinate nothing is left; a lesser doubt changes nothing."""
+    clean = adjust(survey(made, tmp_path).network())
+    wrong = adjust(survey(made, tmp_path, lambda text: higher(text, "B", 0.005)).network())
+    named = mistakes(wrong, clean, score).sentences
+    assert bool(named) == (score == -1.0)
+
+
 @pytest.mark.parametrize("target", ["B", "D"])
 def test_6_mm_in_a_height_of_target(made: Twin, tmp_path: Path, target: str) -> None:
     found = survey(made, tmp_path, lambda text: taller(text, target, 0.006))

@@ -412,18 +412,19 @@ def readings(folder: Path, rng: np.random.Generator, called: str) -> Network:
     """Four set-ups that see one another and six targets, of which the third has another name."""
     place = {f"T{k}": rng.uniform(-80, 80, 3) * (1, 1, 0.1) for k in range(6)}
     place |= {f"S{k}": rng.uniform(-50, 50, 3) * (1, 1, 0.1) for k in range(4)}
-    head = "station,setup,target,face,direction_gon,zenith_gon,slope_distance_m\n"
+    head = "station,setup,target,face,direction_gon,zenith_gon,slope_distance_m,"
+    head += "height_instrument_m,height_target_m\n"
     rows, gon = [], 200 / np.pi
     for station in ("S0", "S1", "S2", "S3"):
         name = called if station == "S2" else station
         for face in (1, 2):
             for target in place.keys() - {station}:
-                d = place[target] - place[station]
+                d = place[target] - place[station] + (0, 0, 1.3 - 1.5)
                 hz, z = np.arctan2(d[0], d[1]), np.arctan2(np.hypot(d[0], d[1]), d[2])
                 hz, z = gon * np.array([hz, z]) + rng.normal(0, 4e-4, 2)
                 hz, z = (hz % 400, z) if face == 1 else ((hz + 200) % 400, 400 - z)
                 far = np.linalg.norm(d) + rng.normal(0, 0.001)
-                rows.append(f"{name},{station},{target},{face},{hz:.5f},{z:.5f},{far:.4f}")
+                rows.append(f"{name},{station},{target},{face},{hz:.5f},{z:.5f},{far:.4f},1.5,1.3")
     (folder / "sights.csv").write_text(head + "\n".join(rows) + "\n")
     (folder / "control.csv").write_text(
         "point,e_m,n_m,u_m,role\n"

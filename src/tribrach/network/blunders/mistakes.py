@@ -16,6 +16,7 @@ from tribrach.network.blunders.common_causes import common_causes
 from tribrach.network.blunders.gross import explain
 from tribrach.network.blunders.slip_search import SlipSearch
 from tribrach.network.network import Network
+from tribrach.network.significance import log_significance
 
 
 def first_adjustment(network: Network) -> Adjustment:
@@ -42,14 +43,24 @@ class Mistakes:
     explained: bool = False
 
 
-def mistakes(adjustment: Adjustment) -> Mistakes:
-    """Find mistakes that explain several bad observations each."""
-    found = common_causes(adjustment)
+def mistakes(
+    adjustment: Adjustment, released: Adjustment | None = None, score: float = 0.0
+) -> Mistakes:
+    """Find mistakes that explain several bad observations each.
+
+    ``released``: the same without what may be wrong in given coordinates, ``score`` the logarithm
+    of its significance: causes that explain less are looked for without it.
+    """
+    found, dof = common_causes(adjustment), adjustment.dof
+    if released is not None and all(
+        log_significance(cause.statistic, len(cause.size)) > score for cause in found.named
+    ):
+        found, dof = common_causes(released), released.dof
     notes = () if found.pattern is None else (found.pattern.sentence(),)
     said = tuple(cause.sentence() for cause in found.named)
     if found.named:
         freedom = sum(len(cause.size) for cause in found.named)
-        if fits(found.named[-1].rest, adjustment.dof - freedom):
+        if fits(found.named[-1].rest, dof - freedom):
             return Mistakes(said, notes, True)
     search = SlipSearch()
     slip = explain(adjustment.network, adjustment, search)
