@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from tribrach.comparison.c2c import SAMPLING
+from tribrach.comparison.common_effect import common_effect
+from tribrach.comparison.rigid_motion import PlaceDistances
 from tribrach.comparison.surface_patches import Patches, edges_of
 from tribrach.job.cloud_file import CloudFile, one_run, open_cloud, station_pair
 from tribrach.job.compare import Registration, compare_clouds
@@ -89,6 +91,43 @@ def test_what_moved_in_clouds_of_others(tmp_path: Path) -> None:
     (body,) = (part for part in motions.parts if part.differs)
     assert body.against_stable is not None
     assert body.against_stable.values[0] == pytest.approx(0.02, abs=0.001)
+
+
+def box(effect: str, size: float) -> PlaceDistances:
+    """Distances of the faces of a box from a scanner in it, whose ranges or whose wall differ."""
+    rng = np.random.default_rng(3)
+    core = rng.uniform([-3, -2, -1.5], [5, 4, 1.5], (6, 1500, 3))
+    normals = np.zeros_like(core)
+    for k, (axis, at) in enumerate([(0, -3), (0, 5), (1, -2), (1, 4), (2, -1.5), (2, 1.5)]):
+        core[k, :, axis] = at
+        normals[k, :, axis] = -np.sign(at)
+    core, normals = core.reshape(-1, 3), normals.reshape(-1, 3)
+    length = np.linalg.norm(core, axis=1)
+    along = (normals * core).sum(axis=1)
+    values = {"scale": along, "zero": along / length, "wall": -1.0 * (core[:, 0] == 5)}[effect]
+    sigma = np.full(len(core), 0.0004)
+    noise = rng.normal(0, sigma) + 0.003 * normals[:, 0]
+    pair = Registration(0.002).pair(core)
+    return PlaceDistances(
+        core, normals, size * values + noise, sigma, np.zeros(len(core), dtype=np.int64), pair
+    )
+
+
+@pytest.mark.parametrize(("kind", "size"), [("scale", 1e-3), ("zero", 0.004), ("wall", 0.01)])
+def test_what_a_campaign_measured_otherwise_is_not_called_moved(kind: str, size: float) -> None:
+    given = box(kind, size)
+    rest, effect = common_effect(given, 0.2, [np.zeros(3)])
+    if kind == "wall":
+        assert effect is None
+        assert rest is given
+        return
+    # of walls of one direction nothing is told
+    assert common_effect(given.some(given.normals[:, 0] != 0), 0.2, [np.zeros(3)])[1] is None
+    assert effect is not None
+    assert effect.kind == kind
+    assert abs(effect.value - size) < 4 * effect.sigma
+    assert effect.sigma < 0.02 * size
+    assert effect.share > 0.9
 
 
 def test_levels_hold_the_registration_of_clouds_of_others(shared_data: Path) -> None:

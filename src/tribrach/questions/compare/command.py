@@ -249,7 +249,8 @@ def compare(
         raise InputError(
             "distances with sigmas are those along normals", cure="leave --method c2c out"
         )
-    moving = MotionCollector(stated or _known(pair, a, _OR)) if what_moved else None
+    seen = tuple(cloud.scanner for cloud in (two, one) if cloud.scanner is not None)
+    moving = MotionCollector(stated or _known(pair, a, _OR), seen) if what_moved else None
     motions = None
     with ExitStack() as stack:
         sink = None

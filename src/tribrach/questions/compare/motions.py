@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 from tribrach._types import Array, Index, Mask, Progress
 from tribrach.answers import Number, Result
 from tribrach.comparison.cloud_parts import plain
+from tribrach.comparison.common_effect import CommonEffect, common_effect
 from tribrach.comparison.core_points import core_points
 from tribrach.comparison.m3c2_ep import M3C2EP
 from tribrach.comparison.not_compared import (
@@ -136,6 +137,8 @@ class CloudMotions(Result, without=("places",)):
     compared: ComparedSurface
     not_compared: tuple[Reason, ...]
     places: ComparedPlaces  #: the distances, with the stable area and the parts that they are in
+    #: what the campaigns measured otherwise, taken off the distances; null for nothing
+    effect: CommonEffect | None = None
     given_alike: tuple[str, ...] = ()  #: given values that both registrations rest on
     one_result: bool = False  #: are both clouds of one run?
 
@@ -146,6 +149,7 @@ class MotionCollector:
 
     #: the stations of the earlier cloud B and of the later one A, or how well A lies on B
     known: StationPair | Registration
+    scanners: tuple[Array, ...] = ()  #: places (3,) [m] of those that the clouds themselves state
     #: number and distances of each site
     found: list[tuple[int, M3C2EP]] = field(default_factory=list)
 
@@ -187,7 +191,8 @@ class MotionCollector:
             rows = why == COMPARED
             whole.append(distances_of(found, pair, figures.cylinder, rows, number))
         cell = float(np.median(cells)) if cells else 0.1
-        distances = _joined(whole, pair)
+        scanners = self.scanners or ((pair.first, pair.second) if pair.sides else ())
+        distances, effect = common_effect(_joined(whole, pair), cell, scanners)
         only_b = _only(earlier, places, sites, cell, progress)
         compared, missed = areas_without(places, np.concatenate([_EMPTY, *reasons]), cell, only_b)
         patches = patches_of(distances, cell)
@@ -211,6 +216,7 @@ class MotionCollector:
             compared=compared,
             not_compared=missed,
             places=self._places(np.concatenate([_EMPTY, *reasons]), patches, stable, part_of),
+            effect=effect,
             given_alike=pair.alike,
             one_result=one_result,
         )

@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.comparison.common_effect import CommonEffect
 from tribrach.comparison.not_compared import Reason, Where
 from tribrach.comparison.rigid_motion import PartMotion
 from tribrach.questions.compare.motions import CloudMotions, MovedPart, StableArea, Verdict
@@ -107,7 +108,28 @@ def motions_front(motions: CloudMotions) -> FrontPage:
 
 def motions_findings(motions: CloudMotions) -> list[Finding]:
     """Findings on stable area, moved parts, undecided parts and assumptions."""
-    return [*_stable(motions), *_parts(motions), *_surface(motions), _registration(motions)]
+    effect = [] if motions.effect is None else [_common(motions.effect)]
+    found = *_stable(motions), *_parts(motions), *_surface(motions), _registration(motions)
+    return [*effect, *found]
+
+
+def _common(effect: CommonEffect) -> Finding:
+    """What both campaigns measured otherwise."""
+    value = {
+        "scale": "a scale of {effect.value:ppm1} ± {half:ppm1}",
+        "zero": "a zero of the ranges of {effect.value:mm2} ± {half:mm2}",
+        "refraction": "refraction of {effect.value:2} ± {half:2} in its coefficient",
+    }[effect.kind]
+    return Finding.of(
+        "common_effect",
+        f"Between the campaigns lies {value} (95 %): with it {{effect.share:%}} of the surface "
+        "agree in one motion, without it {effect.without:%}. It is taken off, and what it explains "
+        "is not called moved. Surfaces that move apart may look like it: test both scanners, or a "
+        "known length.",
+        True,
+        effect=effect,
+        half=_NORMAL_95 * effect.sigma,
+    )
 
 
 def _stable(motions: CloudMotions) -> Iterator[Finding]:
