@@ -245,3 +245,25 @@ def test_an_antenna_that_leaves_two_ways_says_so() -> None:
         identify([view], control)
     named = sees("S", pose, points, rng, mounted=carries(pose), known={0: "C0"})
     assert identify([named], control).names["S"] == ("C0", "C1", "", "")
+
+
+def test_names_that_two_scans_share_place_what_distances_leave_open() -> None:
+    """Four targets in a square fit in eight ways; nobody has coordinates of them."""
+    square = np.array([[5.0, 0, 0], [0, 5.0, 0], [-5.0, 0, 0], [0, -5.0, 0]])
+    names = {0: "P", 1: "Q", 2: "R", 3: "S"}
+    turn = rotation.exp(np.array([0.1, -0.2, 1.3]))
+    other = [2, 0, 3, 1]
+    seen = [
+        Sighting("S1", square, np.full(4, 1e-3), ["corner"] * 4, known=names),
+        Sighting(
+            "S2",
+            (square @ turn)[other],
+            np.full(4, 1e-3),
+            ["corner"] * 4,
+            known={i: names[k] for i, k in enumerate(other)},
+        ),
+    ]
+    found = identify(seen, {})
+    np.testing.assert_allclose(found.poses["S2"].rotation, turn, atol=1e-6)
+    assert len(set(found.names["S2"])) == 4
+    assert [found.names["S1"][k] for k in other] == list(found.names["S2"])

@@ -286,7 +286,7 @@ class _Search:
                 start = self.pool.drift_of(matching.pairs[:, 1])
                 drift = np.hypot(start, matching.placed_sigma(unit.members[s.station] @ s.centers))
             self.drift[s.station] = drift
-            self.pool.add(s.station, self.poses[s.station] @ s.centers, s.sigmas, s.kinds, drift)
+            self.pool.add(s, self.poses[s.station] @ s.centers, drift)
 
 
 def _antennas(count: int) -> str:
@@ -345,9 +345,13 @@ def _match(
     if n + len(mounted) < needed:
         raise InputError(f"{n} targets found and {needed} needed")
     numbers = np.arange(len(pool.names)) if chosen is None else chosen
-    names = [pool.names[k] for k in numbers]
-    known = {i: names.index(name) for i, name in sighting.known.items() if name in names}
-    known |= {n + k: len(names) + k for k in range(len(mounted))}
+    position = {int(number): k for k, number in enumerate(numbers)}
+    known = {
+        i: position[pool.called[name]]
+        for i, name in sighting.known.items()
+        if pool.called.get(name) in position
+    }
+    known |= {n + k: len(numbers) + k for k in range(len(mounted))}
     arms = np.array([m.arm for m in mounted]).reshape(-1, 3)
     places = np.array([m.xyz for m in mounted]).reshape(-1, 3)
     sigmas = np.append(sighting.sigmas, [m.sigma_arm for m in mounted])
@@ -409,7 +413,7 @@ def _final_names(
     """Name detections by the nearest given point within its gate, leftovers as tie points."""
     for s in sightings:
         world = search.poses[s.station] @ s.centers
-        pool.add(s.station, world, s.sigmas, s.kinds, search.drift[s.station])
+        pool.add(s, world, search.drift[s.station])
     return {s.station: tuple(pool.names_of(s.station)) for s in sightings}
 
 
@@ -436,10 +440,10 @@ class Pool:
         self._kinds: list[str] = [""] * len(points)
         self._given = len(points)
         self._seen: dict[str, Index] = {}
+        #: numbers of points by the names that they were given, here or by the user in a scan
+        self.called: dict[str, int] = {name: k for k, name in enumerate(points)}
 
-    def add(
-        self, station: str, xyz: Array, sigmas: Array, kinds: Sequence[str], drift: Array
-    ) -> None:
+    def add(self, sighting: Sighting, xyz: Array, drift: Array) -> None:
         """Assign targets of a placed station one to one; those left over become new points.
 
         ``drift`` is what the station's pose adds to their uncertainty [m].
@@ -447,7 +451,9 @@ class Pool:
         The drift is common to what one station saw, so it counts when a chain of stations meets its
         beginning, and not in the distances between points of one station.
         """
-        place = self._assign(xyz, sigmas, kinds, drift)
+        sigmas, kinds = sighting.sigmas, sighting.kinds
+        named = {i: self.called[n] for i, n in sighting.known.items() if n in self.called}
+        place = self._assign(xyz, sigmas, kinds, drift, named)
         for i in np.flatnonzero(place < 0).tolist():
             place[i] = len(self.names)
             self.names.append(f"{_TIE}{len(self.names) - self._given + 1}")
@@ -457,7 +463,8 @@ class Pool:
             self._kinds.append(kinds[i])
         for i, j in enumerate(place.tolist()):
             self._kinds[j] = kinds[i]
-        self._seen[station] = place
+        self._seen[sighting.station] = place
+        self.called = {n: int(place[i]) for i, n in sighting.known.items()} | self.called
 
     def drift_of(self, numbers: Index) -> float:
         """Root mean square of the drifts of some points [m]."""
@@ -484,8 +491,15 @@ class Pool:
             return self.names[j]
         return f"{_TIE}{int((~alone[self._given : j]).sum()) + 1}"
 
-    def _assign(self, xyz: Array, sigmas: Array, kinds: Sequence[str], drift: Array) -> Index:
-        """Number of the point of each target, -1 for none."""
+    def _assign(
+        self,
+        xyz: Array,
+        sigmas: Array,
+        kinds: Sequence[str],
+        drift: Array,
+        named: Mapping[int, int],
+    ) -> Index:
+        """Number of the point of each target, -1 for none; those of named targets are given."""
         place = np.full(len(xyz), -1, dtype=np.int64)
         if len(self.names) == 0 or len(xyz) == 0:
             return place
@@ -496,6 +510,11 @@ class Pool:
         own, known = np.array(kinds, dtype=object), np.array(self._kinds, dtype=object)
         alike = (known == "") | (own[:, None] == known)
         cost = np.where(alike & (distance < gate), distance / gate, 1e3)
+        for i, j in named.items():
+            # a given point that lies elsewhere is for others to find out
+            if j >= self._given:
+                cost[i], cost[:, j] = 1e3, 1e3
+                cost[i, j] = 0.0
         rows, columns = linear_sum_assignment(cost)
         fits = cost[rows, columns] < 1e3
         place[rows[fits]] = columns[fits]
