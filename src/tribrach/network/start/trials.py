@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,11 +18,9 @@ from tribrach.errors import TribrachError
 from tribrach.network.assembly import Assembly
 from tribrach.network.defects import closed_elsewhere
 from tribrach.network.network import Network
+from tribrach.network.solved import SolvedSystem
 from tribrach.sentences import Sentence
 from tribrach.statistics import chi2
-
-if TYPE_CHECKING:
-    from tribrach.network.adjustment import Adjustment
 
 #: throws, those that must lead to one solution, and how far they go in sizes of the network
 _THROWS, _AGREE, _WIDTH = 24, 3, 0.7
@@ -36,7 +33,9 @@ _SAME = 1e-3
 
 
 def tried_starts(
-    network: Network, unplaced: Collection[tuple[str, str]], solve: Callable[[Network], Adjustment]
+    network: Network,
+    unplaced: Collection[tuple[str, str]],
+    solve: Callable[[Network], SolvedSystem],
 ) -> Network | None:
     """A network with the only start that leads to a solution that fits; None without one.
 
@@ -56,7 +55,7 @@ def tried_starts(
     centre, extent = around.mean(axis=0), np.ptp(around, axis=0)
     extent[:2] = extent[:2].max()
     generator = np.random.default_rng(0)
-    found: list[tuple[Adjustment, int]] = []
+    found: list[tuple[SolvedSystem, int]] = []
     for _ in range(_THROWS):
         thrown = centre + _WIDTH * extent * generator.standard_normal(points.shape)
         start = points.copy()
