@@ -270,7 +270,7 @@ class Shared:
         scores = rows * pull[:, None]
         alone = scores.T @ scores
         shapes = [(edge, upright) for edge in GATES.edges_m for upright in (False, True)]
-        if not scores.any():  # nothing is held, or a scan and its copy: there is no noise to share
+        if not alone.any():  # nothing is held, or a scan and its copy: there is no noise to share
             return cls(root @ alone @ root.T, least, GATES.edges_m[0], GATES.edges_m[0])
         factors = [_outgrown(scores, _cubes(m.point, m.normal, *shape)) for shape in shapes]
         enough = GATES.length_share * max(1.0, *factors)
@@ -284,14 +284,14 @@ class Shared:
         sums = np.einsum("nji,nj->ni", vectors, _summed(number, scores))
         sums /= np.sqrt(np.maximum(values, GATES.least_left))
         sums = np.einsum("nij,nj->ni", vectors, sums)
-        most_of = 1e-12 * np.trace(alone) * np.eye(k)
-        times, ways = eigh(sums.T @ sums, alone + most_of)
+        least_of = 1e-12 * np.trace(alone) * np.eye(k)
+        times, ways = eigh(sums.T @ sums, alone + least_of)
         factor = max(least, float(times.mean()))
         holds = np.einsum("ia,nij,ja->na", ways, own, ways)
-        places = holds.sum(axis=0) ** 2 / (holds**2).sum(axis=0)
-        chance = (1 + np.sqrt(k / places)) ** 2
+        places = holds.sum(axis=0) ** 2 / np.maximum((holds**2).sum(axis=0), 1e-300)
+        chance = (1 + np.sqrt(k / np.maximum(places, 1.0))) ** 2
         times = np.where(times > chance * factor, times, factor)
-        half = root @ (alone + most_of) @ ways
+        half = root @ (alone + least_of) @ ways
         return cls((half * times) @ half.T, factor, length, edge)
 
 
