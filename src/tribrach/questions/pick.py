@@ -105,7 +105,7 @@ def pick(
     lines: list[str] = [
         Sentence(
             "{name} in {d.scan}, {d.kind}: {center}  sigma {sigma} mm  {d.inliers} of {d.points} "
-            "points, rms {d.rms:mm2}",
+            "points within the limit, rms {d.rms:mm2}",
             name=entry.name,
             d=point,
             center=joined(" ", (Sentence("{x:5}", x=x) for x in point.center)),

@@ -101,7 +101,8 @@ def test_a_corridor_leaves_the_way_along_it_open(
     off = found.fit.pose.translation - (poses[0].inverse @ poses[1]).translation
     assert found.fit.precision.rank == 5
     sigma = np.sqrt(along @ found.fit.precision.local[:3, :3] @ along)
-    assert abs(off @ along) < 3 * sigma
+    # where it is along the corridor is what the approximate pose says of it
+    assert abs(off @ along) < 1e-3 < sigma
     assert np.linalg.norm(off - (off @ along) * along) < 5e-3
     assert "does not hold a shift along" in " ".join(found.sentences)
 

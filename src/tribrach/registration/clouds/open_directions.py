@@ -119,6 +119,12 @@ def fit_held(
     return fit, replace(out, local=local, covariance=at_origin(local, fit.pose, middle))
 
 
+def slid_to(pose: Pose, prior: Pose, precision: RelativeCovariance) -> Pose:
+    """The pose moved along its open directions to where an approximate pose has it."""
+    u, about = precision.unheld, (precision.middle, precision.lever)
+    return displaced(pose, u @ (u.T @ _off(pose, prior, about)), about)
+
+
 def _moved(
     scans: tuple[Indexed, Indexed],
     base: FineAlignment,

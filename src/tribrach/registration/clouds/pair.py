@@ -27,7 +27,7 @@ from tribrach.registration.alternatives import (
     symmetric_places,
 )
 from tribrach.registration.clouds.fine import FINE, FineAlignment, Indexed, align
-from tribrach.registration.clouds.open_directions import fit_held
+from tribrach.registration.clouds.open_directions import fit_held, slid_to
 from tribrach.registration.clouds.prepared import PreparedScan
 from tribrach.registration.clouds.relative_covariance import GATES as COVARIANCE
 from tribrach.registration.clouds.relative_covariance import (
@@ -116,10 +116,8 @@ class CloudPairGates:
     agrees_m: float = 0.004
     #: poses that differ by less than this are the same: shift at the overlap [m]
     same_m: float = 0.3
-    #: a fit along an open direction is at the approximate pose within so many of its sigmas and of
-    #: the levers of the fit
+    #: along an open direction a fit is nowhere near an approximate pose from so many of its sigmas
     slid_sigmas: float = 4.0
-    slid_levers: float = 2.0
     #: a pose is that of one place if it moves b by less: shift [radii of the scans], turn [rad]
     still_radii: float = 0.02
     still_rad: float = float(np.radians(3.0))
@@ -519,25 +517,31 @@ def register_pair(
     if at is not None and not any(_alike(f, at.pose) for f in (best, *rivals)):
         rivals.append(at)
     near = None if prior is None else _decided((best, *rivals), prior, sigma)
+    far = GATES.slid_sigmas * sigma.shift
     if rivals and prior is not None and near is not None:
-        if not _possible(near.verdict) or _slid_away(near, prior, sigma):
+        placed = _with_all(a, b, near, floor, prior, far) if _possible(near.verdict) else None
+        if placed is None or apart(placed.pose, prior)[0] > far:
             sentence = _too_little(a.name, b.name, prior, best)
             return CloudPair(a.name, b.name, None, (best, *rivals), (sentence,))
         sentence = (
             f"{a.name} and {b.name} may lie in {len(rivals) + 1} places that look alike; "
             f"the one that {speaks} speaks for is taken"
         )
-        best = _with_all(a, b, near, floor)
-        sentences = [sentence, *best.precision.sentences(a.name, b.name)]
-        return CloudPair(a.name, b.name, best, (), tuple(sentences))
+        sentences = [sentence, *placed.precision.sentences(a.name, b.name)]
+        return CloudPair(a.name, b.name, placed, (), tuple(sentences))
     if rivals:
         sentence = _ambiguous(a.name, b.name, best, rivals)
         return CloudPair(a.name, b.name, None, (best, *rivals), (sentence,))
-    best = _with_all(a, b, best, floor)
-    sentences = best.precision.sentences(a.name, b.name)
+    told = None if prior is None or _wrong(best, prior, sigma) else prior
+    placed = _with_all(a, b, best, floor, told, far)
+    if placed is None:
+        assert prior is not None
+        sentence = _too_little(a.name, b.name, prior, best)
+        return CloudPair(a.name, b.name, None, (best,), (sentence,))
+    sentences = placed.precision.sentences(a.name, b.name)
     if prior is not None:
-        sentences += _prior_sentences(a.name, b.name, best, prior, sigma)
-    return CloudPair(a.name, b.name, best, (), tuple(sentences))
+        sentences += _prior_sentences(a.name, b.name, placed, prior, sigma)
+    return CloudPair(a.name, b.name, placed, (), tuple(sentences))
 
 
 def _fits(
@@ -589,9 +593,18 @@ def _at_prior(
 
 
 def _with_all(
-    a: PreparedScan, b: PreparedScan, fit: PairFit, floor: tuple[float, float]
-) -> PairFit:
-    """The chosen one with all surfels, and the test whether the scanners stood still."""
+    a: PreparedScan,
+    b: PreparedScan,
+    fit: PairFit,
+    floor: tuple[float, float],
+    prior: Pose | None = None,
+    far: float = np.inf,
+) -> PairFit | None:
+    """The chosen one with all surfels, and the test whether the scanners stood still.
+
+    Along what is open it is where an approximate pose has it, if nothing contradicts that; None if
+    too little overlaps there and that place is ``far`` away [m].
+    """
     alignment, scans = fit.alignment, (a.some, b.some)
     if a.some is not a.fine or b.some is not b.fine:
         alignment, scans = align(a.fine, b.fine, fit.pose, FINE.gates_m[1:]), (a.fine, b.fine)
@@ -599,7 +612,18 @@ def _with_all(
         alignment, scans = fit.alignment, (a.some, b.some)
     precision = relative_covariance(*scans, alignment, floor)
     if precision.unheld.shape[1]:
-        alignment, precision = fit_held(scans, (a.some, b.some), alignment, precision, floor)
+        held = fit_held(scans, (a.some, b.some), alignment, precision, floor)
+        if prior is not None:
+            pose = slid_to(alignment.pose, prior, precision)
+            slid = fit_held(
+                scans, (a.some, b.some), replace(alignment, pose=pose), precision, floor
+            )
+            there = _candidate(a, b, slid[0].pose, Origin.GIVEN, _size(a, b)).verdict
+            if slid[1] is not precision and _possible(there) and _consistent(there):
+                held = slid
+            elif not _possible(there) and apart(pose, alignment.pose)[0] > far:
+                return None
+        alignment, precision = held
     alignment, precision = with_shared_errors(scans, alignment, precision, floor)
     return replace(fit, alignment=alignment, precision=precision)
 
@@ -713,12 +737,6 @@ def _decided(fits: Sequence[PairFit], prior: Pose, sigma: ApproximateSigma) -> P
 def _wrong(fit: PairFit, prior: Pose, sigma: ApproximateSigma) -> bool:
     """True if an approximate pose is nowhere near."""
     return sigma.wrong(*_off(fit, prior))
-
-
-def _slid_away(fit: PairFit, prior: Pose, sigma: ApproximateSigma) -> bool:
-    """True if a fit lies too far from the approximate pose along its open directions."""
-    far = GATES.slid_sigmas * sigma.shift + GATES.slid_levers * fit.precision.lever
-    return apart(fit.pose, prior)[0] > far
 
 
 def _off(fit: PairFit, prior: Pose) -> tuple[float, float]:
