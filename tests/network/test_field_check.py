@@ -1,5 +1,7 @@
 """The verdict of a field check: its error rate, what it names, what it cannot test."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -36,6 +38,30 @@ def test_every_misalignment_is_in_the_words_of_the_verdict():
     assert any(words.startswith("horizontal of both faces") for words in found.failures)
     assert "distances from inside and outside" in found.failures
     assert not found.passed
+
+
+def other_units(readings, what):
+    polar = readings.polar.copy()
+    if what == "gon":
+        back = readings.face < 0
+        # written as circles of both faces have them, and taken for degrees
+        polar[back, 1] += np.pi
+        polar[:, 1:] = np.mod(polar[:, 1:], 2 * np.pi) / 0.9
+        polar[back, 1] -= np.pi
+    if what == "mm":
+        polar[:, 0] *= 1000
+    if what == "names":
+        at = readings.station == readings.station[0]
+        polar[at] = np.roll(polar[at], 2, axis=0)
+    return replace(readings, polar=polar)
+
+
+@pytest.mark.parametrize("what", ["gon", "mm", "names"])
+def test_other_units_and_names_are_no_fault_of_the_scanner(what):
+    bad = other_units(readings(np.random.default_rng(3)), what)
+    with pytest.raises(InputError) as refused:
+        check_readings(bad, "check")
+    assert "units" in refused.value.cure
 
 
 def test_a_full_check_has_all_tests():

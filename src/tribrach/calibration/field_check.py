@@ -16,12 +16,19 @@ from tribrach.answers import Result
 from tribrach.calibration.distance_statistics import DistanceStatistics, distance_statistics
 from tribrach.calibration.field_series import FTest, SeriesCheck, against_earlier, check_series
 from tribrach.calibration.known_lengths import (
+    GROSS,
+    GROSS_METRES,
     KnownLengths,
     LengthCheck,
     compare_lengths,
     without_blunders,
 )
-from tribrach.calibration.scanner_readings import ScannerReadings, face_means, face_pairs
+from tribrach.calibration.scanner_readings import (
+    FacePairs,
+    ScannerReadings,
+    face_means,
+    face_pairs,
+)
 from tribrach.calibration.target_distances import (
     DistanceCheck,
     common_targets,
@@ -30,7 +37,7 @@ from tribrach.calibration.target_distances import (
 from tribrach.calibration.two_face import TwoFaceTest, two_face_test
 from tribrach.errors import InputError
 from tribrach.instruments.calibration import meaning_of, unit_of
-from tribrach.sentences import Sentence
+from tribrach.sentences import Sentence, joined
 
 #: shift of a test value that is found with 80 % at 0.1 %
 FOUND = 4.132
@@ -39,6 +46,11 @@ TOLD = 10.0
 #: the same of a signature of both faces, in sigmas of a half difference: four targets up to 20
 #: degrees from the horizon show all of them at 10, four within 2 degrees some at 80 only
 HIDDEN = 30.0
+
+
+#: half of the targets of a field check are nearer [m]; half differences of faces that are no
+#: misalignment [rad]
+_FARTHEST_M, _GROSS_RAD = 1000.0, float(np.radians(0.5))
 
 
 @dataclass(frozen=True)
@@ -208,6 +220,8 @@ def check_readings(
             cure="measure both faces, or the same targets from two stations",
         )
     each = 1 - (1 - alpha) ** (1 / tests)
+    distances = tuple(compare_distances(means, a, b, each) for a, b in couples)
+    _refuse_what_no_scanner_does(means, pairs, distances)
     _what_is_missing(notes, faces=bool(len(pairs)), repeated=repeated)
     if lengths is not None and known is not None:
         # computed once to know whether it can be, with its share now that this is known
@@ -245,7 +259,7 @@ def check_readings(
         series_names=series,
         two_face=two_face_test(pairs, each) if len(pairs) else None,
         two_face_noise=None if only is None else two_face_test(only, each),
-        distances=tuple(compare_distances(means, a, b, each) for a, b in couples),
+        distances=distances,
         statistics=statistics,
         lengths=lengths,
         series=whole,
@@ -257,6 +271,38 @@ def check_readings(
         notes=tuple(notes),
         range_sigma=float(np.sqrt(np.median(readings.covariance[:, 0, 0]))),
     )
+
+
+def _refuse_what_no_scanner_does(
+    means: ScannerReadings, pairs: FacePairs, distances: Sequence[DistanceCheck]
+) -> None:
+    """Refuse tables whose units, names or faces are wrong rather than their scanner."""
+    said = []
+    far = float(np.median(means.polar[:, 0]))
+    if far > _FARTHEST_M:
+        said.append(Sentence("half of the targets are {far:m0} away or more", far=far))
+    angle = float(np.median(np.abs(pairs.half[:, 1:]).max(axis=1))) if len(pairs) else 0.0
+    if angle > _GROSS_RAD:
+        said.append(Sentence("both faces differ by {angle:degrees1} (median)", angle=2 * angle))
+    for one in distances:
+        off = np.abs(one.pairs.difference)
+        if np.median(off - GROSS * one.pairs.lengths.max(axis=1)) > GROSS_METRES:
+            first, second = one.stations
+            said.append(
+                Sentence(
+                    "distances between targets from {first} and {second} differ by {off:m2} "
+                    "(median)",
+                    off=float(np.median(off)),
+                    first=first,
+                    second=second,
+                )
+            )
+    if said:
+        raise InputError(
+            joined("; ", said) + ": no scanner is wrong by as much",
+            cure="see that units are those of the column heads (horizontal_gon, range_mm), and the "
+            "names and faces of the targets",
+        )
 
 
 def _what_is_missing(notes: list[str], *, faces: bool, repeated: bool) -> None:

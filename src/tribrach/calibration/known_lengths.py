@@ -30,7 +30,7 @@ from tribrach.statistics import chi2, norm
 #: what is left there is of second order in the errors
 _DIRECTION = 1e-6
 #: a difference beyond this share of a length and this many metres is no error of a range
-_GROSS, _GROSS_METRES = 0.01, 0.1
+GROSS, GROSS_METRES = 0.01, 0.1
 #: error probability of naming an entry of a table that is in order, of all entries together
 _ALPHA_BLUNDER = 0.001
 #: the other lengths fit if they are less probable than this
@@ -217,7 +217,7 @@ def _without_gross(
     row, stations, measured, covariance, _ = joined
     difference = np.abs(measured - known.lengths[row])
     least = np.maximum(
-        _GROSS_METRES + _GROSS * np.maximum(measured, known.lengths[row]),
+        GROSS_METRES + GROSS * np.maximum(measured, known.lengths[row]),
         norm.ppf(1 - _ALPHA_BLUNDER / len(row) / 2) * np.sqrt(np.diag(covariance)),
     )
     gross = [int(k) for k in np.unique(row) if (difference > least)[row == k].all()]
