@@ -67,3 +67,22 @@ def test_a_real_project(shared_data: Path) -> None:
     assert "position SP01" in said
     assert "registered; 20 reflectors, 20 active; GNSS position" in said
     assert "places the project on the Earth" in said
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "command"),
+    [
+        (
+            "site.10o",
+            f"{'     2.11           OBSERVATION DATA    G (GPS)':60}RINEX VERSION / TYPE\n"
+            f"{'site':60}MARKER NAME\n{'':60}END OF HEADER\n",
+            "baseline",
+        ),
+        ("a.dat", ".UNITS METERS\n.3D\nC A 0 0 0 ! ! !\nM A-B 100 20.0 90.0\n", "adjust"),
+    ],
+)
+def test_what_is_no_scan_is_named_with_its_command(
+    tmp_path: Path, name: str, text: str, command: str
+) -> None:
+    (tmp_path / name).write_text(text)
+    assert f"tribrach {command}" in info(tmp_path / name, code=2)

@@ -104,7 +104,7 @@ def look_through(folder: Path, axes: Axes | None = None) -> list[FolderFile]:
         if len(found) == _FILES:
             what = f"the folder holds more than {_FILES} files"
             raise InputError(what, file=folder, cure="name the folder of one job")
-        found.append(_known(path, axes))
+        found.append(known_file(path, axes))
     return found
 
 
@@ -134,7 +134,7 @@ def _natural(name: str) -> list[tuple[int, str]]:
     return [(int(part), "") if part.isdigit() else (-1, part) for part in parts]
 
 
-def _known(path: Path, axes: Axes | None) -> FolderFile:
+def known_file(path: Path, axes: Axes | None = None) -> FolderFile:
     """A file by its content."""
     try:
         return _recognised(path, axes)

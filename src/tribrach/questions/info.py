@@ -11,10 +11,11 @@ from typing import Annotated
 import typer
 
 from tribrach.answers import Form, Result
-from tribrach.errors import TribrachError
+from tribrach.errors import InputError, TribrachError
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.scans.info import Description, describe
 from tribrach.io.survey.riscan.info import ProjectDescription, describe_project
+from tribrach.job.folder import known_file
 from tribrach.report.answer import Answer
 from tribrach.report.columns import column
 from tribrach.report.findings import Finding
@@ -52,7 +53,7 @@ def info(
             scans = read_scans(path)
             described += [describe(scan, among=len(scans)) for scan in scans]
         except TribrachError as error:
-            refused.append(error)
+            refused.append(_no_scan(path) or error)
     for other in refused[1:]:
         # the first error ends the command, and says the further ones
         refused[0].add_note(str(other))
@@ -66,6 +67,20 @@ def info(
         terminal=[part for one in every for part in _shown(one)],
         failure=refused[0] if refused else None,
     )
+
+
+#: commands that take files which are no scans
+_TAKEN_BY = {"survey": "adjust", "receiver": "baseline", "orbits": "baseline"}
+
+
+def _no_scan(path: Path) -> InputError | None:
+    """What a file is that holds observations, None for others."""
+    file = known_file(path) if path.is_file() else None
+    if file is None or file.kind not in _TAKEN_BY:
+        return None
+    what = f"it holds no scan: {file.words}"
+    cure = f"give it to tribrach {_TAKEN_BY[file.kind]}, or its folder to tribrach init"
+    return InputError(what, file=path, cure=cure)
 
 
 def _shown(one: Description | ProjectDescription) -> Iterator[ReportTable | Finding]:
