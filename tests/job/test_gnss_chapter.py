@@ -201,7 +201,12 @@ def test_adjust_takes_a_project(tmp_path: Path) -> None:
     assert result.exit_code == 0, result.output
     data = json.loads(out.read_text())
     assert data["title"] == "Ghilani, chapter 17"
-    assert data["reference"] == {"crs": None, "frame": "ITRF2014", "epoch": 2010.0}
+    assert data["reference"] == {
+        "crs": None,
+        "frame": "ITRF2014",
+        "epoch": 2010.0,
+        "heights": "ellipsoidal",
+    }
     assert len(data["gnss"]["loops"]) == 9
     with_scans = tmp_path / "s.toml"
     with_scans.write_text(path.read_text() + '[[scans]]\nfile = "a.e57"\n')
@@ -323,7 +328,12 @@ def test_two_sessions_check_each_other(shared_data: Path, tmp_path: Path) -> Non
     assert 0 < loop["size"] < 0.02
     truth = [-3976219.1874, 3382371.6055, 3652511.1446]
     np.testing.assert_allclose(data["points"]["0759"]["ecef"], truth, atol=0.015)
-    assert data["reference"] == {"crs": None, "frame": "ITRF2000", "epoch": 2005.25}
+    assert data["reference"] == {
+        "crs": None,
+        "frame": "ITRF2000",
+        "epoch": 2005.25,
+        "heights": "ellipsoidal",
+    }
     text = " ".join((tmp_path / "out" / "report.txt").read_text().split())
     assert "2 sessions gave 2 independent baselines" in text
     assert "1 minimal loop: the largest closure is" in text

@@ -198,7 +198,7 @@ def relative_covariance(
     inner, pull = held.T @ normal @ held, weight * m.residual
     common = Shared.of(design @ held, slope, pull, inner, m)
     test = SweepTest()
-    if sweep and pull.any():
+    if sweep and held.shape[1] and pull.any():
         rows = design @ held @ _inverse_root(inner)
         test = _sweep(rows, slope, rows * pull[:, None], common.edge, m, alignment.pose)
     factor = common.factor * test.factor
