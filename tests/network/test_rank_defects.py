@@ -6,8 +6,9 @@ apart, 52 targets, eight parameters per station; and rooms of 60 targets for the
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
-from tribrach.errors import RankDefect
+from tribrach.errors import NotConverged, RankDefect
 from tribrach.geometry import rotation
 from tribrach.instruments.calibration import (
     NIST,
@@ -162,6 +163,22 @@ def minimum_norm(network: Network) -> tuple[np.ndarray, Assembly]:
     assembly = Assembly(network)
     design = assembly.design(network.start).toarray()
     return np.linalg.pinv(design.T @ design, rcond=1e-13, hermitian=True), assembly
+
+
+def test_a_decomposition_that_gives_up_is_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
+    design = sp.csr_array(np.array([[1.0, 1.0, 0.0], [2.0, 2.0, 0.0], [0.0, 0.0, 1.0]]))
+    rest = sp.csr_array((0, 3)), np.zeros((3, 0))
+    vectors, gap = null_space(design, *rest)
+
+    def gives_up(matrix: np.ndarray) -> None:
+        raise np.linalg.LinAlgError
+
+    monkeypatch.setattr(np.linalg, "svd", gives_up)
+    again, same = null_space(design, *rest)
+    assert same == pytest.approx(gap)
+    assert np.abs(again) == pytest.approx(np.abs(vectors))
+    with pytest.raises(NotConverged):
+        null_space(sp.csr_array(np.full((3, 3), np.nan)), *rest)
 
 
 def test_fixing_y_is_a_datum_and_changes_no_estimable_quantity() -> None:

@@ -15,11 +15,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
-from tribrach.errors import RankDefect
+from tribrach.errors import NotConverged, RankDefect
 from tribrach.network.assembly import Assembly
 from tribrach.network.datum import GENERATORS, OpenMotions, generators, pins_of
 from tribrach.network.facts import StartOnly, facts_of
@@ -253,7 +254,14 @@ def _dense_null(scaled: sp.csr_array, known: Array) -> tuple[Array, Array]:
     if system.shape[0] < system.shape[1]:
         system = np.vstack([system, np.zeros((system.shape[1] - len(system), system.shape[1]))])
     triangle = np.linalg.qr(system, mode="r")
-    _, values, vt = np.linalg.svd(triangle)
+    try:
+        _, values, vt = np.linalg.svd(triangle)
+    except np.linalg.LinAlgError:
+        # the faster algorithm gives up where another one does not
+        try:
+            _, values, vt = scipy.linalg.svd(triangle, lapack_driver="gesvd")
+        except (ValueError, np.linalg.LinAlgError):
+            raise NotConverged("the rank cannot be told where the iteration went") from None
     return vt.T, values
 
 
