@@ -19,6 +19,7 @@ from tribrach.answers import Result
 from tribrach.comparison.rigid_motion import PlaceDistances
 from tribrach.comparison.station_pair import along_normals
 from tribrach.comparison.surface_patches import Patches, patches_of, stable_patches
+from tribrach.statistics import robust_sigma
 
 #: share of the surface that agrees with an effect at least, and more than without it; its size in
 #: sigmas
@@ -97,7 +98,7 @@ def _fitted(distances: PlaceDistances, column: Array) -> tuple[float, float]:
     for step in range(_ROUNDS + 1):
         root = 1 / np.sqrt(np.maximum(np.abs(left), 1.0))
         if step == _ROUNDS:
-            scale = max(1.4826 * float(np.median(np.abs(left))), 1.0)
+            scale = max(robust_sigma(left, about=0.0), 1.0)
             kept = np.abs(left) < _KEPT * scale
             root = kept.astype(float)
         found = np.linalg.lstsq(rows * root[:, None], seen * root, rcond=1e-9)[0]

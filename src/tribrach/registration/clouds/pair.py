@@ -521,7 +521,11 @@ def register_pair(
     if rivals and prior is not None and near is not None:
         placed = _with_all(a, b, near, floor, prior, far) if _possible(near.verdict) else None
         if placed is None or apart(placed.pose, prior)[0] > far:
-            sentence = _too_little(a.name, b.name, prior, best)
+            sentence = (
+                _too_little(a.name, b.name, prior, best)
+                if placed is None
+                else _far_off(a.name, b.name, prior, placed)
+            )
             return CloudPair(a.name, b.name, None, (best, *rivals), (sentence,))
         sentence = (
             f"{a.name} and {b.name} may lie in {len(rivals) + 1} places that look alike; "
@@ -537,7 +541,7 @@ def register_pair(
     if placed is None:
         assert prior is not None
         sentence = _too_little(a.name, b.name, prior, best)
-        return CloudPair(a.name, b.name, None, (best,), (sentence,))
+        return CloudPair(a.name, b.name, None, (), (sentence,))
     sentences = placed.precision.sentences(a.name, b.name)
     if prior is not None:
         sentences += _prior_sentences(a.name, b.name, placed, prior, sigma)
@@ -787,6 +791,17 @@ def _too_little(a: str, b: str, prior: Pose, best: PairFit) -> str:
         shift=shift,
         turn=turn,
         overlap=percent(max(best.verdict.overlap)),
+    )
+
+
+def _far_off(a: str, b: str, prior: Pose, placed: PairFit) -> str:
+    return Sentence(
+        "no pose between {a} and {b} is taken: several places look alike, and where the scans fit "
+        "nearest to the approximate pose they lie {shift:2} m from it; give a better one, or "
+        "targets",
+        a=a,
+        b=b,
+        shift=apart(placed.pose, prior)[0],
     )
 
 
